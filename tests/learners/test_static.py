@@ -257,7 +257,7 @@ def test_a_greedy_hunt_asks_the_rule_in_each_step_with_the_steps_draw(rule: str)
     [
         ({"learner": {"options": "moves"}}, "selection", "there are none; allowed: learned"),
         ({"learner": {"skills_that_learn": "chosen"}}, "skills_that_learn", "allowed: all"),
-        ({"learner": {"held": {"until": "change"}}}, "selection", "chooses anew in each step"),
+        ({"learner": {"held": {"until": "change"}}}, "held", "chooses anew in each step"),
         ({"learner": {"selection": "learned", "weights": {"fear": 1.0}}}, "weights.fear", "weight"),
         ({"learner": {"weights": {"avoid": 1.0}}}, "weights.avoid", "allowed: appetite, fear"),
         ({"world": {"skill_n_directions": 8}}, "selection", "skill_n_directions"),
