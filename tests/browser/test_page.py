@@ -513,7 +513,7 @@ def test_an_error_is_shown_the_state_kept_and_a_new_run_recovers(
     former = live.session.status.snapshot.generation
     before = live.session.status.snapshot
 
-    def broken(self: Run, **limits: Any) -> int:
+    def broken(self: Run, *limits: Any, **more: Any) -> int:
         raise ArithmeticError("<b>no</b> such number")
 
     with monkeypatch.context() as patched:

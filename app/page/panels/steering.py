@@ -265,7 +265,7 @@ class Steering:
         with gui.add_folder("Teaching", expand_by_default=False) as folder:
             self._taught_for = NumberField(
                 gui,
-                "Trials",
+                "Taught trials",
                 _TAUGHT_TRIALS,
                 Limits(1, MAX_TRIALS),
                 "For how many trials, that is hunts, from now on.",
