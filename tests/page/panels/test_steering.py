@@ -231,7 +231,7 @@ def test_changes_by_hand_are_counted_from_one_whatever_the_schedule_did(
 def test_a_script_is_asked_to_teach_and_to_stop(server: viser.ViserServer) -> None:
     desk = Desk(server.gui, after())
     assert not desk.person.sees("Stop teaching")
-    desk.person.type("Teaching > Trials", "120")
+    desk.person.type("Taught trials", "120")
     desk.person.click("Teach now")
     assert desk.requests == [Teach("flank", 120)]
 
