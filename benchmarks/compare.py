@@ -100,7 +100,6 @@ def incomparable(spec: RunSpec) -> str | None:
     for key, value, known in (
         ("learner.local_rewards", learner.local_rewards, "signed"),
         ("learner.skills_that_learn", learner.skills_that_learn, "chosen"),
-        ("learner.selection", learner.selection, "learned"),
         ("learner.held", learner.held, None),
         ("learner.trace_decay", learner.trace_decay, None),
         ("learner.applicable", learner.applicable, None),

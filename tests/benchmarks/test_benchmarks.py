@@ -127,7 +127,6 @@ def test_the_plain_loop_learns_a_preset(name: str) -> None:
         ("learner.local_rewards=binary", "learner.local_rewards: value 'binary'; allowed: signed"),
         ("learner.skills_that_learn=all", "learner.skills_that_learn: value 'all'; allowed:"),
         ("learner.held={until: change}", "learner.held: value 'some'; allowed: none"),
-        ("learner.selection=collective", "learner.selection: value 'collective'; allowed: learned"),
         ("learner.applicable=0.5", "learner.applicable: value 0.5; allowed: none"),
         ("schedule.teach={trials: 300}", "schedule.teach: value 'some'; allowed: none"),
         ("schedule.pretrain=100", "schedule.pretrain: value 100; allowed: 0"),
