@@ -284,6 +284,7 @@ def test_the_page_is_dark_where_the_browser_asks_for_it_until_somebody_chooses(
     screen.expect_cell_colours(live.colours(Look(theme=DARK)))
     expect(screen.text("Software WebGL")).to_be_hidden()
     screen.turn_to_overlays()
+    expect(screen.checkbox("Dark")).to_be_checked()
     screen.check("Dark", False)
     page.wait_for_function("() => localStorage.getItem('pounce-scheme') === 'light'")
     page.reload()

@@ -266,9 +266,12 @@ class Screen:
 
     def turn_to_overlays(self) -> None:
         """Open what may be drawn over every layer."""
-        self.turn_to("Now")
+        # A tab that is clicked is drawn anew, and a click on what was there before is lost.
+        if self.tab("Now").get_attribute("aria-selected") != "true":
+            self.turn_to("Now")
         if not self.checkbox("Dark").is_visible():
             self.page.get_by_text("Show", exact=True).click()
+        expect(self.checkbox("Dark")).to_be_visible()
 
     def show_results(self) -> None:
         """Open the panel with the results from the tab."""
