@@ -18,6 +18,8 @@ from learners.run import replay
 PATIENCE_S = 60.0
 SEED = 4
 SPEC = presets.load("timed", ["world.size=40", "trials=20000"])
+MOST_BYTES = 3_200_000
+"""Room for one checkpoint of each of seven lines, and for little more."""
 COMMANDS: tuple[Command, ...] = (
     SetParameter("learner.epsilon", 0.2),
     FreezeSelection(True),
@@ -28,7 +30,7 @@ COMMANDS: tuple[Command, ...] = (
 
 @pytest.fixture
 def session() -> Iterator[Session]:
-    made = Session(SPEC, "timed", SEED, FULL_SPEED, playing=False, budget=Budget(3_000_000))
+    made = Session(SPEC, "timed", SEED, FULL_SPEED, playing=False, budget=Budget(MOST_BYTES))
     made.start()
     yield made
     made.stop()
@@ -82,4 +84,4 @@ def test_all_lines_of_a_session_share_its_memory(session: Session) -> None:
     )
     held = [session.past_of(line.number) for line in grown.lines]
     assert all(past is not None and past.nbytes > 0 for past in held)
-    assert session.budget.nbytes <= 3_000_000
+    assert session.budget.nbytes <= MOST_BYTES
