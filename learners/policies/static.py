@@ -137,21 +137,28 @@ def unhappiest(known: Tables, winner: np.uint64) -> tuple[np.uint64, np.float32]
 
 
 @piece
+def with_the_best(
+    best: tuple[np.uint64, np.float32], skill: np.uint64, value: np.float32
+) -> tuple[np.uint64, np.float32]:
+    """The skills of the largest value so far, and that value, with one skill more looked at."""
+    members, top = best
+    if value > top:
+        return _ONE << skill, value
+    if value == top:
+        return members | (_ONE << skill), top
+    return members, top
+
+
+@piece
 def happiest(known: Tables, skill16: np.uint64) -> np.uint64:
     """Best happiness."""
-    top = rows.NO_VALUE
-    members = _ZERO
+    best = (_ZERO, rows.NO_VALUE)
     asked = known.present
     while asked != _ZERO:
         skill = lowest(asked)
         asked &= asked - _ONE
-        value = happiness(known, skill)
-        if value > top:
-            top = value
-            members = _ONE << skill
-        elif value == top:
-            members |= _ONE << skill
-    return pick(members, skill16)
+        best = with_the_best(best, skill, happiness(known, skill))
+    return pick(best[0], skill16)
 
 
 @piece
@@ -244,19 +251,13 @@ def strongest(
     known: Tables, w_values: np.ndarray, n_states: np.uint64, state: np.uint64, skill16: np.uint64
 ) -> np.uint64:
     """W-learning: the skill with the largest W in a state of the selection."""
-    top = rows.NO_VALUE
-    members = _ZERO
+    best = (_ZERO, rows.NO_VALUE)
     asked = known.present
     while asked != _ZERO:
         skill = lowest(asked)
         asked &= asked - _ONE
-        value = w_values[skill * n_states + state]
-        if value > top:
-            top = value
-            members = _ONE << skill
-        elif value == top:
-            members |= _ONE << skill
-    return pick(members, skill16)
+        best = with_the_best(best, skill, w_values[skill * n_states + state])
+    return pick(best[0], skill16)
 
 
 @piece
