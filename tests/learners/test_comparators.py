@@ -24,12 +24,8 @@ from tests.support.reference_comparators import (
     SlowFeudal,
     SlowWatkins,
 )
-from tests.support.stepwise import OUTCOMES, last_cell, spec_of
+from tests.support.stepwise import CLOSE, ODD, OUTCOMES, SMALL, STANDARD, last_cell, spec_of
 
-STANDARD = SlowWorld()
-SMALL = SlowWorld(size=24, step_limit=60)
-CLOSE = SlowWorld(size=20, n_directions=8, n_distances=4, start_radius=(6, 20), step_limit=40)
-ODD = SlowWorld(size=29, n_directions=16, n_distances=11, step_limit=80)
 # A state for nearly each cell, and a prey that sees nothing.
 LONG = SlowWorld(size=40, n_directions=48, n_distances=32, step_limit=6_000, vision_radius=0)
 BLURRED = SlowWorld(

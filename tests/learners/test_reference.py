@@ -14,31 +14,23 @@ from tests.support.reference import (
     SlowWorld,
     SplitMix64,
 )
-from tests.support.stepwise import assert_same_step, assert_same_tables, spec_of
-
-STANDARD = SlowWorld()
-SMALL = SlowWorld(size=24, step_limit=60)
-# The start is as near as it may be, so that many trials end on the prey's cell; and the first ring
-# is so wide that the state there is one that is learned.
-CLOSE = SlowWorld(size=20, n_directions=8, n_distances=4, start_radius=(6, 20), step_limit=40)
-# An odd size puts the prey in the middle exactly.
-ODD = SlowWorld(size=29, n_directions=16, n_distances=11, step_limit=80)
-COARSE = SlowWorld(size=30, n_directions=8, n_distances=6, step_limit=100)
-# Starts lie on the edge, and beyond it by rounding.
-# Skills see finer than the selection, and other rings.
-BLURRED = SlowWorld(
-    size=26,
-    n_directions=8,
-    n_distances=6,
-    step_limit=80,
-    skill_n_directions=24,
-    skill_n_distances=18,
-    twice_ring_exponent=4,
+from tests.support.stepwise import (
+    BLURRED,
+    CLOSE,
+    COARSE,
+    ODD,
+    SMALL,
+    STANDARD,
+    assert_same_step,
+    assert_same_tables,
+    spec_of,
 )
+
 # Skills see coarser than the selection, in one of the two alone.
 FINE = SlowWorld(
     size=27, n_directions=24, n_distances=9, skill_n_directions=8, twice_ring_exponent=2
 )
+# Starts lie on the edge, and beyond it by rounding.
 WALLED = SlowWorld(size=20, start_radius=(57, 60), step_limit=50, vision_radius=40)
 THREE_SKILLS = ("approach", "circle_clockwise", "avoid")
 

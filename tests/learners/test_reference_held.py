@@ -13,23 +13,20 @@ from learners.run import Run
 from learners.spec import RunSpec
 from sim.world import board_xy
 from tests.support.pages import ROOT
-from tests.support.reference import SlowEpisode, SlowTimer, SlowWorld
+from tests.support.reference import SlowEpisode, SlowTimer
 from tests.support.reference_held import ONE_STEP, HeldLearner, HeldSettings, SlowHeld
-from tests.support.stepwise import assert_same_step, assert_same_tables, last_cell, spec_of
+from tests.support.stepwise import (
+    BLURRED,
+    CLOSE,
+    COARSE,
+    SMALL,
+    assert_same_step,
+    assert_same_tables,
+    last_cell,
+    spec_of,
+)
 
 THREE_SKILLS = ("approach", "circle_clockwise", "avoid")
-SMALL = SlowWorld(size=24, step_limit=60)
-CLOSE = SlowWorld(size=20, n_directions=8, n_distances=4, start_radius=(6, 20), step_limit=40)
-COARSE = SlowWorld(size=30, n_directions=8, n_distances=6, step_limit=100)
-BLURRED = SlowWorld(
-    size=26,
-    n_directions=8,
-    n_distances=6,
-    step_limit=80,
-    skill_n_directions=24,
-    skill_n_distances=18,
-    twice_ring_exponent=4,
-)
 ONE_BY_ONE = {
     "approach": SlowTimer(0, 20),
     "circle_clockwise": SlowTimer(60, 15),

@@ -8,13 +8,17 @@ import pytest
 from learners.commands import Introduce
 from learners.run import Run
 from learners.spec import RunSpec
-from tests.support.reference import SlowSettings, SlowWorld
+from tests.support.reference import SlowSettings
 from tests.support.reference_rule import RuledLearner, SlowRule
-from tests.support.stepwise import assert_same_step, assert_same_tables, spec_of
+from tests.support.stepwise import (
+    CLOSE,
+    COARSE,
+    SMALL,
+    assert_same_step,
+    assert_same_tables,
+    spec_of,
+)
 
-SMALL = SlowWorld(size=24, step_limit=60)
-CLOSE = SlowWorld(size=20, n_directions=8, n_distances=4, start_radius=(6, 20), step_limit=40)
-COARSE = SlowWorld(size=30, n_directions=8, n_distances=6, step_limit=100)
 SKILLS = ("approach", "circle_clockwise", "avoid")
 
 CASES = {

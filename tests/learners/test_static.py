@@ -20,7 +20,7 @@ from learners.skill_spec import BUILT_IN, SkillWeights
 from learners.spec import RunSpec
 from sim.bits import U
 from sim.world import board_xy, cell_at
-from tests.support.reference import MOVES, SlowEpisode, SlowTimer, SlowWorld, SplitMix64
+from tests.support.reference import MOVES, SlowEpisode, SlowTimer, SplitMix64
 from tests.support.reference_static import (
     APPETITE,
     SlowSkill,
@@ -28,19 +28,8 @@ from tests.support.reference_static import (
     StaticSettings,
     spec_of,
 )
-from tests.support.stepwise import OUTCOMES, assert_same_step, visits_of
+from tests.support.stepwise import BLURRED, CLOSE, OUTCOMES, SMALL, assert_same_step, visits_of
 
-SMALL = SlowWorld(size=24, step_limit=60)
-CLOSE = SlowWorld(size=20, n_directions=8, n_distances=4, start_radius=(6, 20), step_limit=40)
-BLURRED = SlowWorld(
-    size=26,
-    n_directions=8,
-    n_distances=6,
-    step_limit=80,
-    skill_n_directions=24,
-    skill_n_distances=18,
-    twice_ring_exponent=4,
-)
 TWO = ("appetite", "fear")
 FOUR = ("fear", "approach", "appetite", "avoid")
 OF_ONES_OWN = {

@@ -6,7 +6,26 @@ from learners.kernel.state import CELL, HEADING, OPTION, TRAIL_LENGTH, TRIAL_STE
 from learners.run import Run
 from learners.spec import RunSpec
 from sim.world import CAPTURE, FLIGHT, TIMEOUT, board_xy
-from tests.support.reference import MOVES, SlowLearner, SlowSettings, Step
+from tests.support.reference import MOVES, SlowLearner, SlowSettings, SlowWorld, Step
+
+STANDARD = SlowWorld()
+SMALL = SlowWorld(size=24, step_limit=60)
+# The start is as near as it may be, so that many trials end on the prey's cell; and the first ring
+# is so wide that the state there is one that is learned.
+CLOSE = SlowWorld(size=20, n_directions=8, n_distances=4, start_radius=(6, 20), step_limit=40)
+# An odd size puts the prey in the middle exactly.
+ODD = SlowWorld(size=29, n_directions=16, n_distances=11, step_limit=80)
+COARSE = SlowWorld(size=30, n_directions=8, n_distances=6, step_limit=100)
+# Skills see finer than the selection, and other rings.
+BLURRED = SlowWorld(
+    size=26,
+    n_directions=8,
+    n_distances=6,
+    step_limit=80,
+    skill_n_directions=24,
+    skill_n_distances=18,
+    twice_ring_exponent=4,
+)
 
 OUTCOMES = {CAPTURE: "capture", FLIGHT: "flight", TIMEOUT: "timeout"}
 TRIALS = 100_000
