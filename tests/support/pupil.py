@@ -64,6 +64,8 @@ class Pupil:
     def expect_card(self, place: int) -> None:
         """Wait until a card is shown, and waits for nothing but what somebody does."""
         dot = self.card.locator(".dots button").nth(place)
+        # Behind the list, the card that was left is as it was.
+        expect(dot).to_be_visible()
         expect(dot).to_have_attribute("aria-current", "step")
         expect(self.card.locator("footer .why[data-busy]")).to_have_count(0)
 
