@@ -79,7 +79,7 @@ def test_a_checker_finds_nothing_serious_behind_any_tab(shared: Shared, dark: bo
     for left, right in BEHIND_TABS:
         turn_to(screen, left, right)
         if right == "Steer" and not dark:
-            screen.text("Other skills").click()
+            screen.unfold("Other skills", screen.button("Add my own skill now"))
         expect_no_findings(screen)
     dialog = screen.page.get_by_role("dialog")
     for opens in (lambda: screen.page.keyboard.press("h"), screen.button("Tour").click):

@@ -336,9 +336,7 @@ def test_parameters_of_the_world_can_be_typed_and_undone_in_any_order(begin: Beg
 def open_other_skills(screen: Screen) -> None:
     """Unfold the folder about further skills."""
     screen.turn_to("Steer")
-    if not screen.button("Add my own skill now").is_visible():
-        screen.text("Other skills").click()
-    expect(screen.button("Add my own skill now")).to_be_visible()
+    screen.unfold("Other skills", screen.button("Add my own skill now"))
 
 
 def test_a_skill_of_ones_own_and_another_skill(begin: Begin) -> None:

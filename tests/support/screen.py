@@ -50,6 +50,9 @@ _HAS_COLOURS = """colours => {
     return shown?.length === colours.length && shown.every((part, i) => part === colours[i]);
 }"""
 
+_UNFOLDING = '[style*="will-change: height"]'
+"""A folder that is being opened or closed."""
+
 _PUT_DOWN = """() => {
     const notices = document.querySelectorAll(".mantine-Notification-closeButton");
     notices.forEach(button => button.click());
@@ -269,9 +272,19 @@ class Screen:
         # A tab that is clicked is drawn anew, and a click on what was there before is lost.
         if self.tab("Now").get_attribute("aria-selected") != "true":
             self.turn_to("Now")
-        if not self.checkbox("Dark").is_visible():
-            self.page.get_by_text("Show", exact=True).click()
-        expect(self.checkbox("Dark")).to_be_visible()
+        self.unfold("Show", self.checkbox("Dark"))
+
+    def unfold(self, folder: str, within: Locator) -> None:
+        """Open a folder if it is closed, and wait until it is open: what is in it moves till then.
+
+        Args:
+            folder: what is written on it.
+            within: something that is in it.
+        """
+        if not within.is_visible():
+            self.page.get_by_text(folder, exact=True).click()
+        expect(within).to_be_visible()
+        expect(self.page.locator(_UNFOLDING)).to_have_count(0)
 
     def show_results(self) -> None:
         """Open the panel with the results from the tab."""
