@@ -24,18 +24,19 @@ from tests.support.reference_comparators import (
     SlowFeudal,
     SlowWatkins,
 )
-from tests.support.stepwise import CLOSE, ODD, OUTCOMES, SMALL, STANDARD, last_cell, spec_of
+from tests.support.stepwise import (
+    BLURRED,
+    CLOSE,
+    ODD,
+    OUTCOMES,
+    SMALL,
+    STANDARD,
+    last_cell,
+    spec_of,
+)
 
 # A state for nearly each cell, and a prey that sees nothing.
 LONG = SlowWorld(size=40, n_directions=48, n_distances=32, step_limit=6_000, vision_radius=0)
-BLURRED = SlowWorld(
-    size=26,
-    n_directions=8,
-    n_distances=6,
-    step_limit=80,
-    skill_n_directions=24,
-    skill_n_distances=18,
-)
 
 
 @dataclass(frozen=True)
