@@ -37,19 +37,24 @@ _ARGUMENTS: Final = (
 )
 _HAS_BOARD: Final = """() => {
     const cells = window.__viserSceneTree?.getState()["/board/cells"];
-    return cells?.message.props.colors.length > 0;
+    const hasKeys = document.documentElement.matches("[data-has-keys]");
+    return hasKeys && cells?.message.props.colors.length > 0;
 }"""
-"""Drawn last of all: no key acts before a page is complete."""
+"""The board is drawn last of all, and no key acts before the page knows which there are."""
 _IS_SHOWN: Final = f"() => window.pounceSide?.().length === {BOARDS}"
 _COUNT: Final = """seconds => new Promise(done => {
     const before = window.pounceSide();
     const began = performance.now();
-    setTimeout(() => {
+    const look = () => {
         const took = (performance.now() - began) / 1000;
-        const each = window.pounceSide().map((drawn, board) => (drawn - before[board]) / took);
-        done(Math.min(...each));
-    }, 1000 * seconds);
+        const each = window.pounceSide().map((drawn, board) => drawn - before[board]);
+        const isEnough = Math.min(...each) > 0 || took > 10 * seconds + 60;
+        if (took >= seconds && isEnough) done(Math.min(...each) / took);
+        else setTimeout(look, 1000 * Math.max(seconds - took, 0.05));
+    };
+    look();
 })"""
+"""For so many seconds, and until each board was drawn once: on a busy machine that takes longer."""
 
 
 def measure_side(repetitions: int, progress: Callable[[str], None]) -> dict[str, float]:
@@ -122,7 +127,7 @@ def _measure(
     shares = [rate / free for rate, free in zip(rates, alone, strict=True)]
     return {
         "boards": BOARDS,
-        "shown_per_s": round(statistics.median(shown), 1),
+        "shown_per_s": round(statistics.median(shown), 2),
         "steps_per_s": round(statistics.median(rates)),
         "learner_share": round(statistics.median(shares), 3),
     }

@@ -164,6 +164,7 @@ const fillList = () => {
   const table = document.querySelector("[data-keys]")?.getAttribute("data-keys");
   if (table && keys.size === 0)
     for (const key of JSON.parse(table)) keys.set(key.name, key);
+  document.documentElement.toggleAttribute("data-has-keys", keys.size > 0);
   for (const shown of document.querySelectorAll("kbd[data-code]")) {
     const letter = letters.get(shown.getAttribute("data-code") ?? "");
     if (letter && shown.textContent !== letter) shown.textContent = letter;

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import textwrap
 import threading
-import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -40,6 +39,7 @@ from sim.rng import MAX_SEED
 from sim.world import CAPTURE, FLIGHT
 from tests.support.costs import try_for_a_moment
 from tests.support.folders import rows
+from tests.support.memory import peak_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = """
@@ -559,15 +559,9 @@ def test_what_a_small_file_asks_for_is_counted_before_it_is_made(
 ) -> None:
     assert len(text) <= MAX_BYTES
     made = variants_made(monkeypatch)
-    tracemalloc.start()
-    try:
-        lines = lines_of(text)
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert [complaint in line for line in lines] == [True]
+    assert [complaint in line for line in lines_of(text)] == [True]
     assert made == []
-    assert peak < 24e6
+    assert peak_of(lines_of, text) < 24e6
 
 
 @pytest.mark.parametrize(

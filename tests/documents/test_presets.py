@@ -5,7 +5,6 @@ import itertools
 import os
 import re
 import shlex
-import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import get_args, get_origin
@@ -28,6 +27,7 @@ from learners.skill_spec import SkillWeights
 from learners.skills import SKILLS, SPIRAL_PENALTY, LocalReward
 from learners.spec import RunSpec
 from sim.spec import WorldSpec
+from tests.support.memory import peak_of
 
 PAGE = Path(presets.__file__).parents[2] / "presets" / "README.md"
 
@@ -818,14 +818,9 @@ def test_an_alias_bomb_is_refused_before_anything_is_expanded() -> None:
         f"{name}: &{name} [{', '.join(['*' + before] * 10)}]"
         for before, name in itertools.pairwise(names)
     ]
-    tracemalloc.start()
-    try:
-        wrong = wrong_places("\n".join(rows))
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert peak < 4 * 2**20
-    assert {"a", "b", "b.0", "j.9"} <= {key for _, key in wrong}
+    text = "\n".join(rows)
+    assert peak_of(wrong_places, text) < 4 * 2**20
+    assert {"a", "b", "b.0", "j.9"} <= {key for _, key in wrong_places(text)}
 
 
 def test_a_value_within_itself_is_refused() -> None:

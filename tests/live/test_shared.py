@@ -1,13 +1,12 @@
 """Sessions from elsewhere: what is shared is read as it was, and what means ill does no harm."""
 
 import base64
-import tracemalloc
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pytest
 
@@ -56,6 +55,7 @@ from learners.schedule_spec import EpisodeSpec
 from tests.support.hostile import mutation, packed
 from tests.support.journals import HEADER
 from tests.support.lines import SEED, SPEC
+from tests.support.memory import peak_of
 from tests.support.sessions import settle
 
 MUTATIONS = 300
@@ -204,29 +204,28 @@ def test_a_mutation_is_always_the_same_one(file: bytes) -> None:
     assert len(set(again)) > 0.9 * MUTATIONS
 
 
-def peak_of(reading: Callable[[], object], message: str) -> int:
-    """Memory that it takes at most to refuse something with a message."""
-    tracemalloc.start()
-    try:
-        with pytest.raises(SessionError, match=message):
-            reading()
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+def refused(reading: Callable[..., object], args: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(SessionError, match=message):
+        reading(*args)
+
+
+def peak_of_refusing(message: str, reading: Callable[..., object], *args: Any) -> int:
+    """Bytes that it takes at most to refuse something with a message."""
+    return peak_of(refused, reading, args, message)
 
 
 def test_what_is_too_large_is_not_unpacked_and_not_read(tmp_path: Path) -> None:
     bomb = linked(b"{" + b" " * 2**22)
     assert len(bomb) < MOST_CHARACTERS
-    assert peak_of(lambda: read_link(bomb), "the link: is too large; allowed") < 2**20
+    assert peak_of_refusing("the link: is too large; allowed", read_link, bomb) < 2**20
     in_bomb = base64.urlsafe_b64encode(zlib.compress(zlib.compress(b"0" * 2**24))).decode()
-    assert peak_of(lambda: read_link(in_bomb.rstrip("=")), "is no session") < 2**20
+    assert peak_of_refusing("is no session", read_link, in_bomb.rstrip("=")) < 2**20
     path = tmp_path / "large.pounce"
     with path.open("wb") as large:
         large.truncate(2**33)
-    assert peak_of(lambda: read_file(path), "is too large; allowed: up to 256 KiB") < 2**20
+    assert peak_of_refusing("is too large; allowed: up to 256 KiB", read_file, path) < 2**20
     data = bytes(MOST_BYTES + 1)
-    assert peak_of(lambda: read_shared(NAME, data), "theirs.pounce: is too large") < 2**16
+    assert peak_of_refusing("theirs.pounce: is too large", read_shared, NAME, data) < 2**16
 
 
 @pytest.mark.parametrize(

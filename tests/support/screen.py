@@ -39,6 +39,9 @@ _CELL_COLOURS = """() => {
     return cells ? Array.from(cells.message.props.colors) : [];
 }"""
 
+_HAS_KEYS = "html[data-has-keys]"
+"""Before that, what is typed is no key of the lab's yet."""
+
 _HAS_CELLS_OF = """count => {
     const cells = window.__viserSceneTree?.getState()["/board/cells"];
     return cells?.message.props.colors.length === 3 * count;
@@ -122,6 +125,7 @@ class Screen:
         # What loads takes many times as long on a machine under load as what is there already.
         self.page.wait_for_function(_HAS_CELLS_OF, arg=cells, timeout=_LOADING_S * 1000)
         expect(self.legend).to_be_attached()
+        expect(self.page.locator(_HAS_KEYS)).to_be_attached()
 
     def tidy(self) -> None:
         """Put away what is open, and show what a page shows at first."""
