@@ -50,6 +50,10 @@ class Desk:
         with self._more:
             assert self._more.wait_for(is_so, PATIENCE_S), self.heard
 
+    def until_last(self, is_so: Callable[[Any], bool]) -> None:
+        """Wait until the last that was heard is so."""
+        self.until(lambda: bool(self.heard) and is_so(self.heard[-1]))
+
     def do(self, act: Any) -> None:
         """Have the lab do something, as all is done there: in the loop that draws."""
         self.live.lab.inbox.put(act)
@@ -170,9 +174,9 @@ def test_a_moment_is_guessed_by_mouse_and_nobody_goes_through_time_meanwhile(des
     desk.drag(desk.at(2_000), desk.at(2_600), desk.at(3_000))
     expect(desk.flag).to_have_attribute("aria-valuetext", "trial 3,000")
     expect(desk.flag).to_have_text("your guess: 3,000")
+    desk.until_last(lambda guess: guess.trial == 3_000)
     assert desk.browser.outlook.place is None
     assert {type(answer).__name__ for answer in desk.heard} == {"Guess"}
-    assert desk.heard[-1].trial == 3_000
     desk.page.keyboard.press("Home")
     expect(desk.flag).to_have_attribute("aria-valuetext", "trial 0")
     assert desk.browser.outlook.place is None
@@ -193,7 +197,7 @@ def test_a_moment_is_guessed_by_keys_alone_locked_and_revealed(desk: Desk) -> No
     ]:
         desk.page.keyboard.press(key)
         expect(desk.flag).to_have_attribute("aria-valuetext", f"trial {trial:,}")
-    desk.until(lambda: desk.heard[-1].trial == 3_000)
+    desk.until_last(lambda guess: guess.trial == 3_000)
     n_heard = len(desk.heard)
     desk.ask(MomentAsked("when", 3_000, True, 2_400, (2_000, 2_200, 2_500), runs=4))
     told = desk.bar.locator("p.asked")
@@ -226,7 +230,7 @@ def test_a_curve_is_drawn_by_mouse_point_by_point_and_across(desk: Desk) -> None
     desk.drag(*(desk.knot(number, 0.01) for number in range(6)))
     for number in range(6):
         expect(desk.knots.nth(number)).to_have_attribute("aria-valuenow", f"{low:.0f}")
-    desk.until(lambda: desk.heard[-1].points == tuple((trial, low) for trial in AT))
+    desk.until_last(lambda guess: guess.points == tuple((trial, low) for trial in AT))
     assert desk.browser.outlook.place is None
     desk.ask(None)
 
@@ -247,7 +251,7 @@ def test_a_curve_is_drawn_by_keys_alone_locked_and_revealed(desk: Desk) -> None:
     low = first.get_attribute("aria-valuemin")
     expect(desk.knots.last).to_have_attribute("aria-valuenow", f"{low}")
     expect(desk.knots.last).to_have_accessible_name(f"Reward at trial {LAST:,}")
-    desk.until(lambda: desk.heard[-1].points[-1] == (LAST, float(low or 0)))
+    desk.until_last(lambda guess: guess.points[-1] == (LAST, float(low or 0)))
     points = desk.heard[-1].points
     run = tuple((trial, 10.0) for trial in AT)
     band = Band(AT, (0.0,) * 6, (20.0,) * 6)

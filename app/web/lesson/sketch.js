@@ -34,9 +34,10 @@ export const sketch = ({ from, to, low, high }, give) => {
       const value = field.valueAsNumber;
       if (!Number.isFinite(value)) return;
       const within = Math.min(Math.max(value, Number(field.min)), Number(field.max));
-      rewards[at] = within;
       // What has not been typed is as it is beside it.
-      give(trials.map((trial, other) => [trial, rewards[other] ?? within]));
+      const all = rewards.map((reward, other) => (other === at ? within : reward ?? within));
+      rewards = all;
+      give(trials.map((trial, other) => [trial, all[other]]));
     });
     typed.append(label);
     return { words, field };
