@@ -16,7 +16,7 @@ from app.page.inbox import Work
 
 _APART: Final = 1_000
 """Numbers that runs may have had by the time that a session is taken up, before it is refused."""
-_PATIENCE_S: Final = 5.0
+_PATIENCE_S: Final = 60.0
 
 Submit = Callable[[TakeUp, Reply], object]
 

@@ -15,7 +15,7 @@ from app.live.requests import AddMark, Branch
 from app.server.web_files import frame_document
 from learners.commands import Introduce, SetParameter
 from tests.support.live import LiveLab
-from tests.support.screen import Begin, Screen
+from tests.support.screen import Begin, Screen, Shared
 
 JOIN, EXPLORATION = "introduction:circle_clockwise", "episode:0:circle_clockwise"
 
@@ -68,6 +68,19 @@ _MOVED = f"""async trials => {{
     const rows = made.filter(({{ target }}) => !target.closest?.(".handle, .here"));
     return rows.map(({{ target }}) => target.className);
 }}"""
+
+
+@pytest.fixture
+def begin(begin: Begin) -> Begin:
+    """As elsewhere, and the bar is that of where the run stands, not of one on its way there."""
+
+    def begin_with_bar(*run: str, **how: Any) -> Shared:
+        shared = begin(*run, **how)
+        now = shared.live.session.status.snapshot
+        shared.screen.expect_line(now.generation, now.step)
+        return shared
+
+    return begin_with_bar
 
 
 def show(page: Frame, **what: Any) -> None:

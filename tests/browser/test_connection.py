@@ -36,7 +36,9 @@ def served(
 @pytest.fixture
 def page(new_context: NewContext) -> Page:
     expect.set_options(timeout=PATIENCE_S * 1000)
-    return new_context(viewport={"width": 900, "height": 600}).new_page()
+    context = new_context(viewport={"width": 900, "height": 600})
+    context.set_default_timeout(PATIENCE_S * 1000)
+    return context.new_page()
 
 
 def notice(page: Page) -> Locator:

@@ -25,11 +25,21 @@ IS_ANOTHER: Any = """frame => {
     const root = document.querySelector(frame)?.contentDocument?.documentElement;
     return root?.dataset.former === undefined;
 }"""
-FITS: Any = """frame => {
+FITS: Any = """([frame, width]) => {
     const node = document.querySelector(frame);
+    const root = node.contentDocument.documentElement;
+    const style = getComputedStyle(document.documentElement);
+    const [zoom, scale] = ["--stage-zoom", "--stage-scale"].map(
+        name => Number(style.getPropertyValue(name)),
+    );
+    const larger = Math.min(Math.max(Math.min(innerWidth / 1366, innerHeight / 768), 1), 3);
+    const type = parseFloat(node.contentWindow.getComputedStyle(root).fontSize);
+    const isLaidOut = innerWidth === width && Math.abs(scale - larger) < 0.01;
+    // Type grows with the stage; nothing is scrolled within.
+    const isWritten = Math.abs(type - 16 * zoom) < 0.1 && root.scrollWidth <= root.clientWidth;
     const body = node.contentDocument.body.getBoundingClientRect();
     const box = node.getBoundingClientRect();
-    return body.height > 100 && Math.abs(body.height - box.height) < 1.01
+    return isLaidOut && isWritten && body.height > 100 && Math.abs(body.height - box.height) < 1.01
         && Math.abs(body.width - box.width) < 1.01;
 }"""
 ABSENT = "The time bar does not come up in this browser."
@@ -63,15 +73,7 @@ def test_the_frame_is_as_high_as_what_is_in_it(
     if presented:
         page.keyboard.press("p")
         expect(page.frame_locator(FRAME).locator("html")).to_have_attribute("data-present", "")
-    wait_for(page, FITS)
-    # Type grows with the stage; nothing is scrolled within.
-    zoom = page.evaluate(
-        "getComputedStyle(document.documentElement).getPropertyValue('--stage-zoom')"
-    )
-    assert of_frame(page, "root => parseFloat(getComputedStyle(root).fontSize)") == pytest.approx(
-        16 * float(zoom), abs=0.1
-    )
-    assert of_frame(page, "root => root.scrollWidth <= root.clientWidth")
+    page.wait_for_function(FITS, arg=[FRAME, size[0]])
     if presented:
         expect(page.locator(FRAME)).to_be_in_viewport(ratio=0.98)
         page.keyboard.press("Escape")
@@ -179,14 +181,16 @@ def served(port: int = 0) -> Iterator[Host]:
 @pytest.fixture
 def page(new_context: Callable[..., BrowserContext]) -> Page:
     expect.set_options(timeout=PATIENCE_S * 1000)
-    return new_context(viewport=VIEWPORT).new_page()
+    context = new_context(viewport=VIEWPORT)
+    context.set_default_timeout(PATIENCE_S * 1000)
+    return context.new_page()
 
 
 def test_the_frame_is_found_below_a_path(page: Page) -> None:
     with served() as host, proxy_to(host.server.get_port()) as proxy:
         page.goto(f"http://127.0.0.1:{proxy}/keeps")
         wait_for(page, IS_OPEN)
-        assert host.opened.is_set()
+        assert host.opened.wait(PATIENCE_S)
 
 
 def test_a_frame_comes_back_with_the_lab_and_loads_nothing_from_elsewhere(page: Page) -> None:

@@ -1,9 +1,13 @@
 """The first hunts in a real browser, and one that is watched there."""
 
+import math
+import threading
+
 import pytest
 from playwright.sync_api import expect
 
 from app.live.requests import Begin, Pause, Play, Request
+from app.page.panels import hunts as panel
 from tests.support.live import preset_of
 from tests.support.screen import OpenPage, StartLab
 
@@ -41,10 +45,17 @@ def test_the_first_hunts_are_seen_once_the_board_is_and_another_can_be_watched(
     live.ask(Play())
     live.wait_for(lambda status: status.snapshot.trial > 100)
 
+    seen, way = threading.Event(), panel._Watched.way
+    # However long the page takes, the hunt is under way until it was looked at.
+    monkeypatch.setattr(
+        panel._Watched, "way", lambda self, now_s: way(self, now_s if seen.is_set() else -math.inf)
+    )
     screen.page.keyboard.press("w")
     expect(said).to_contain_text("with what it knows at trial")
     screen.page.wait_for_function(_IS_THERE, arg="/watched/predator")
+    seen.set()
     expect(said).to_contain_text(" after ")
+    screen.page.wait_for_function(f"() => ({_WORDS})('watched')[2] !== 'predator'")
     word = screen.page.evaluate(_WORDS, "watched")[2]
     assert word in ("caught", "noticed", "out of time")
     assert word.split()[0] in said.inner_text().lower()

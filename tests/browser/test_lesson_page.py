@@ -25,6 +25,7 @@ BOXES = """() => [".board", ".lesson"].map(part => {
     const box = document.querySelector(`#pounce-stage ${part}`).getBoundingClientRect();
     return [box.left, box.top, box.right, box.bottom];
 })"""
+FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 FITS = """() => {
     const { camera, canvas } = window.__viserMutable;
     const slot = document.querySelector("#pounce-stage .board").getBoundingClientRect();
@@ -87,6 +88,9 @@ def test_the_card_stands_beside_the_board_or_below_it(pupil: Pupil, name: str) -
     pupil.start(TITLE)
     width, height = SIZES[name]
     page.set_viewport_size({"width": width, "height": height})
+    page.wait_for_function("width => innerWidth === width", arg=width)
+    # What fitted before fits until the stage is laid out anew, with the next frame.
+    page.evaluate(FRAMES)
     for presents in (False, True) if name != "a phone" else (False,):
         if presents:
             page.keyboard.press("p")

@@ -60,7 +60,7 @@ def test_a_command_in_the_past_makes_a_branch_and_live_is_as_it_was(begin: Begin
     expect(screen.headline).to_contain_text("Frozen by hand: the selection")
     frame = screen.page.frame_locator("iframe.pounce-time")
     expect(frame.get_by_text("End goes back to the live run")).to_be_visible()
-    assert moment_of(screen)["step"] == step
+    screen.expect_place("step", step)
     assert live.session.status.snapshot.control == now.control
     screen.page.keyboard.press("End")
     expect_moment(live, screen, now)
@@ -76,6 +76,7 @@ def test_a_click_on_first_reach_goes_to_the_moment_at_which_value_came(begin: Be
     screen.expect_cell_colours(live.colours(Look(layer="reach")))
     screen.page.mouse.click(*screen.place_of(cell))
     expect(screen.headline).to_contain_text("The past, trial")
+    expect(screen.time.locator(".time.past")).to_be_attached()
     step = moment_of(screen)["step"]
     before, after = live.stopped_at(step - 1), live.stopped_at(step)
     risen = (before.first_reach < 0) & (after.first_reach >= 0)
@@ -85,7 +86,7 @@ def test_a_click_on_first_reach_goes_to_the_moment_at_which_value_came(begin: Be
     expect(screen.reading("Trial")).not_to_have_text(f"{after.trial:,}")
     screen.page.mouse.click(*screen.place_of(cell))
     expect(screen.reading("Trial")).to_have_text(f"{after.trial:,}")
-    assert moment_of(screen)["step"] == step
+    screen.expect_place("step", step)
     assert not moment_of(screen)["playing"]
 
 
@@ -123,7 +124,12 @@ def test_a_branch_is_exactly_what_it_would_have_been_from_the_start(
     command = SetParameter("learner.epsilon", epsilon)
     browser = live.lab.browsers[0]
     live.lab.inbox.put(lambda: live.lab.ask(browser.client, command))
-    live.wait_for(lambda status: len(status.lines) == 2 and not status.lines[-1].is_growing)
+    status = live.wait_for(
+        lambda status: len(status.lines) == 2 and not status.lines[-1].is_growing
+    )
+    # Only then is the browser there: it would be taken away from where it goes next.
+    row = screen.time.locator(f'.line[data-line="{status.lines[-1].number}"]')
+    expect(row).to_have_attribute("aria-current", "true")
     later = step + 3_000
     screen.tell("seek", step=later)
     expect_moment(live, screen, live.stopped_at(later, (step, command)))

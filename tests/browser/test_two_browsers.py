@@ -1,5 +1,8 @@
 """Several people at one session: each sees it in a way of their own, and stops no other."""
 
+import math
+
+import pytest
 from playwright.sync_api import expect
 
 from app.picture.look import Look
@@ -48,7 +51,11 @@ def test_two_browsers_see_one_session_each_in_its_own_way(begin_two: BeginTwo) -
     other.check("Dark", False)
 
 
-def test_starting_again_asks_where_others_look_and_everybody_can_undo(begin_two: BeginTwo) -> None:
+def test_starting_again_asks_where_others_look_and_everybody_can_undo(
+    begin_two: BeginTwo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # However slow the pages are, there is time to get to what was just said.
+    monkeypatch.setattr("app.page.panels.said.SHOWN_S", math.inf)
     live, one, other = begin_two(trial=LEARNED)
     former = live.session.status.snapshot.generation
     other.click("Start again")

@@ -27,6 +27,8 @@ class Phones:
             viewport=viewport,
             color_scheme="dark" if dark else "light",
             has_touch=viewport == PHONE,
+            # Colours that are on their way to others would be judged by a checker.
+            reduced_motion="reduce",
             device_scale_factor=2 if viewport == PHONE else 1,
         )
         self._contexts.append(context)

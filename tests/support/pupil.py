@@ -19,6 +19,8 @@ STOPS = """() => [...document.querySelectorAll("*")].filter(node => node.tabInde
 SIDE = "iframe.pounce-side"
 _MOST_HINTS = 3
 _MOST_PRESSES = 60
+_WORK_S = 240.0
+"""For so long at most a button says what it begins: one runs an experiment."""
 _PRESS = "(node, label) => node.textContent === label && (node.click(), true)"
 
 
@@ -165,7 +167,7 @@ class Pupil:
             return False
         # In one go: it may become what leads on to the next card.
         if self.primary.evaluate(_PRESS, label):
-            expect(self.primary).not_to_have_text(label)
+            expect(self.primary).not_to_have_text(label, timeout=_WORK_S * 1000)
         return True
 
     def do_it(self) -> None:

@@ -10,7 +10,7 @@ import io
 import re
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import imageio.v3 as iio
 import numpy as np
@@ -75,13 +75,23 @@ _HAS_ITS_HEIGHT = """() => {
     return Math.abs(frame.clientHeight - height) < 1.5;
 }"""
 
-_COMES_TO_LINE = """async ([line, patience]) => {
+_COMES_TO_LINE = """async ([line, step, patience]) => {
     const { state } = await import(new URL("../../web/time/state.js", location.href));
     const until = performance.now() + patience;
-    const isThere = () => state.bar?.line === line && state.moment?.line === line;
+    const isThere = () => state.bar?.line === line && state.moment?.line === line && !state.held
+        && (step === null || (state.bar.end.step === step && state.moment.step === step));
     while (!isThere() && performance.now() < until)
         await new Promise(done => setTimeout(done, 10));
     return isThere();
+}"""
+_COMES_NEAR = """async ([unit, place, off, patience]) => {
+    const { state } = await import(new URL("../../web/time/state.js", location.href));
+    const until = performance.now() + patience;
+    const isNear = () => Math.abs((state.moment?.[unit] ?? NaN) - place) <= off;
+    const isThere = () => state.scrub === null && isNear();
+    while (!isThere() && performance.now() < until)
+        await new Promise(done => setTimeout(done, 10));
+    return isThere() ? state.moment[unit] : null;
 }"""
 _SEND = """async message => {
     const { send } = await import(new URL("../../web/player/pipe.js", location.href));
@@ -140,9 +150,7 @@ class Screen:
         if self.results.is_visible():
             self.close_results()
         for tab in ("Now", "Run"):
-            # A tab that is clicked is drawn anew, even if it is the one that is shown.
-            if self.tab(tab).get_attribute("aria-selected") != "true":
-                self.turn_to(tab)
+            self.turn_to(tab)
         if self.field("Layer").input_value() != FIRST_LAYER:
             self.choose("Layer", FIRST_LAYER)
 
@@ -191,9 +199,16 @@ class Screen:
         """Send what a hand on the time bar sends."""
         assert self.time_page.evaluate(_SEND, {"do": do, **what})
 
-    def expect_line(self, line: int) -> None:
-        """Wait until the time bar is that of a line."""
-        assert self.time_page.evaluate(_COMES_TO_LINE, [line, PATIENCE_S * 1000])
+    def expect_line(self, line: int, step: int | None = None) -> None:
+        """Wait until the time bar is that of a line, and as far as that has come."""
+        assert self.time_page.evaluate(_COMES_TO_LINE, [line, step, PATIENCE_S * 1000])
+
+    def expect_place(self, unit: Literal["step", "trial"], place: int, off: int = 0) -> int:
+        """Wait until the time bar knows that the page shows a moment, at most so far off; where."""
+        asked = [unit, place, off, PATIENCE_S * 1000]
+        found: int | None = self.time_page.evaluate(_COMES_NEAR, asked)
+        assert found is not None
+        return found
 
     def rest(self) -> None:
         """Wait until the time bar's frame has the height of what is in it, and rests."""
@@ -268,14 +283,14 @@ class Screen:
         self.button(name).click()
 
     def turn_to(self, tab: str) -> None:
-        """Turn to another tab."""
-        self.tab(tab).click()
+        """Turn to a tab. One that is shown is left alone: clicked, it would be drawn anew."""
+        if self.tab(tab).get_attribute("aria-selected") != "true":
+            self.tab(tab).click()
+        expect(self.tab(tab)).to_have_attribute("aria-selected", "true")
 
     def turn_to_overlays(self) -> None:
         """Open what may be drawn over every layer."""
-        # A tab that is clicked is drawn anew, and a click on what was there before is lost.
-        if self.tab("Now").get_attribute("aria-selected") != "true":
-            self.turn_to("Now")
+        self.turn_to("Now")
         self.unfold("Show", self.checkbox("Dark"))
 
     def unfold(self, folder: str, within: Locator) -> None:

@@ -99,7 +99,7 @@ class Control:
     kind: str
     """``button``, ``toggle``, ``slider`` or ``choice``."""
     wants: Mapping[Any, Wanted]
-    """What each value of it asks for; of a button, that of None."""
+    """What each value of it asks for; of a button, its own and that of None."""
     value: Any = None
     options: tuple[tuple[Any, str], ...] = ()
     why: str = ""
@@ -165,8 +165,17 @@ def wanted(controls: tuple[Control, ...], control: str, value: Any) -> Wanted | 
     return None
 
 
-def _button(control: str, label: str, wants: Wanted, why: str = "", main: bool = False) -> Control:
-    return Control(control, label, "button", {None: wants}, why=why, main=main)
+def _button(
+    control: str, label: str, wants: Wanted, why: str = "", main: bool = False, says: str = ""
+) -> Control:
+    """One that is pressed.
+
+    Args:
+        says: which of two things it means now. A press that comes late, when it means the other, is
+            none of that.
+    """
+    value = says or None
+    return Control(control, label, "button", {None: wants, value: wants}, value, why=why, main=main)
 
 
 def _toggle(control: str, label: str, on: bool, wants: Mapping[bool, Wanted]) -> Control:
@@ -185,7 +194,7 @@ def _transport(
     if has(names, "play"):
         key, wants = ("pause", Pause()) if status.playing else ("play", Play())
         label = words.say(f"control.{key}")
-        found.append(_button("play", label, wants, over, command == "play"))
+        found.append(_button("play", label, wants, over, command == "play", says=key))
     do = card.do
     if do is not None and do.command == "run_to" and do.at is not None:
         until = do.at.after(began)
@@ -235,6 +244,7 @@ def _skills(names: frozenset[str], card: Card, status: Status, words: Words) -> 
                 continue
             trials, chance = asked.get(skill, EXPLORED)
             is_main = skill in asked and not was_explored(skill, snapshot)
+            says = "stop" if skill in running else "explore"
             if skill in running:
                 wants: Wanted = StopExploring(skill)
                 label = words.say("control.stop_exploring", skill=plain(skill))
@@ -247,7 +257,7 @@ def _skills(names: frozenset[str], card: Card, status: Status, words: Words) -> 
                     trials=trials,
                     chance=words.percent(chance),
                 )
-            found.append(_button(f"explore.{skill}", label, wants, main=is_main))
+            found.append(_button(f"explore.{skill}", label, wants, main=is_main, says=says))
     if has(names, "freeze"):
         control = snapshot.control
         frozen = {on: FreezeSelection(on) for on in (True, False)}

@@ -278,7 +278,7 @@ class Hands:
             case RunExperiment(name=name):
                 rooms.experiment(name)
             case LookInto(region=region):
-                self._region = region
+                self.region = region
             case GoTo(trial=trial):
                 self._go_to(trial)
             case StartLessonAgain():

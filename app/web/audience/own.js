@@ -83,6 +83,9 @@ const presser = () => {
   };
 };
 
+/** So long what was set here stands, unless the lab has said the same before. */
+const PATIENCE_MS = 20_000;
+
 /** One of a few levels. @returns {Control} */
 const leveller = () => {
   const node = element("div", "own-control own-level");
@@ -96,6 +99,8 @@ const leveller = () => {
   /** @type {Told} */
   let told;
   let isHeld = false;
+  /** What was set here and has not come back: what comes until then was said before it. @type {{level: number, at: number} | null} */
+  let wished = null;
   const say = () => {
     const words = told.words?.[Number(range.value)] ?? "";
     write(output, words);
@@ -104,7 +109,10 @@ const leveller = () => {
   range.addEventListener("pointerdown", () => (isHeld = true));
   for (const end of ["pointerup", "pointercancel"]) range.addEventListener(end, () => (isHeld = false));
   range.addEventListener("input", say);
-  range.addEventListener("change", () => send({ do: "own_speed", level: Number(range.value) }));
+  range.addEventListener("change", () => {
+    const level = Number(range.value);
+    if (send({ do: "own_speed", level })) wished = { level, at: performance.now() };
+  });
   return {
     node,
     take: (now) => {
@@ -112,8 +120,9 @@ const leveller = () => {
       write(name, now.label);
       range.setAttribute("aria-label", now.label);
       range.max = `${(now.words?.length ?? 1) - 1}`;
+      if (wished && (now.level === wished.level || performance.now() - wished.at > PATIENCE_MS)) wished = null;
       // Not from under a hand.
-      if (!isHeld) range.value = `${now.level}`;
+      if (!isHeld && !wished) range.value = `${now.level}`;
       say();
     },
   };

@@ -12,7 +12,7 @@ import "./choose.js";
 import "./keys.js";
 import { changed, state } from "./state.js";
 
-for (const kind of /** @type {const} */ (["curves", "moment", "readings", "legend", "compare", "cell", "choice"]))
+for (const kind of /** @type {const} */ (["curves", "moment", "readings", "legend", "cell", "choice"]))
   on(kind, (message) => {
     state[kind] = message;
     changed();

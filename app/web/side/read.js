@@ -3,9 +3,9 @@
 // runs know of the cell under the pointer.
 
 import { attribute, element, write } from "../time/dom.js";
-import { send } from "../player/pipe.js";
+import { on, send } from "../player/pipe.js";
 import { put } from "../player/html.js";
-import { isRacing, state, whenChanged } from "./state.js";
+import { changed, isRacing, state, whenChanged } from "./state.js";
 import { swatch } from "./swatch.js";
 
 const read = element("section", "read");
@@ -26,6 +26,19 @@ const one = /** @type {HTMLSelectElement} */ (part(".one"));
 const other = /** @type {HTMLSelectElement} */ (part(".other"));
 const map = /** @type {HTMLInputElement} */ (part(".map"));
 const go = /** @type {HTMLButtonElement} */ (part(".go"));
+
+/** So long what a hand has chosen stands, unless the lab has said the same before. */
+const PATIENCE_MS = 3_000;
+/** What it has chosen: what comes before the lab says the same was said before it. @type {{one: number, other: number, shown: boolean, at: number} | null} */
+let wished = null;
+
+on("compare", (told) => {
+  const isSame = wished && (["one", "other", "shown"]).every((part) => told[part] === /** @type {any} */ (wished)[part]);
+  if (!wished || isSame || performance.now() - wished.at > PATIENCE_MS) wished = null;
+  const { one: first, other: second, shown } = wished ?? told;
+  state.compare = { ...told, one: first, other: second, shown };
+  changed();
+});
 
 const showColours = () => {
   const { legend } = state;
@@ -60,7 +73,7 @@ const compare = () => {
   const wanted = { ...pair, shown: map.checked };
   // What is drawn before the lab answers does not take it back.
   if (state.compare) state.compare = { ...state.compare, ...wanted };
-  send({ do: "compare", ...wanted });
+  if (send({ do: "compare", ...wanted })) wished = { ...wanted, at: performance.now() };
 };
 for (const field of [one, other, map])
   field.addEventListener("change", () => {

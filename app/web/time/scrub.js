@@ -103,16 +103,17 @@ const wayBack = () => {
   return moment.live ? { do: "live" } : { do: "seek", step: moment.step };
 };
 
-/** Where a click began that may be the first half of a double one. @type {Wish | null} */
-let before = null;
-let pressed = 0;
-const DOUBLE_MS = 600;
+let presses = 0;
+/** Of the last two presses those that have moved something, with how to go back from that. @type {Array<{press: number, back: Wish | null}>} */
+let moves = [];
 
-/** What two quick presses have moved is where it was before the first of them. */
+/** What the two presses of a double click have moved is where it was before the first of them. */
 export const takeBackPresses = () => {
+  // The browser knows what a double click is, however far apart its presses are.
+  const before = moves.find(({ press }) => press > presses - 2)?.back ?? null;
+  moves = [];
   if (before) send(before);
   wished = before;
-  before = null;
   put(null);
 };
 
@@ -126,8 +127,8 @@ export const playheadGrip = (event) => {
   if (!isHead && (!target.closest(".plot") || target.closest(OTHERS))) return null;
   if (!state.bar || !state.moment) return null;
   const back = wayBack();
-  if (event.timeStamp - pressed > DOUBLE_MS) before = null;
-  pressed = event.timeStamp;
+  presses += 1;
+  const press = presses;
   const first = wishAt(shareAt(event));
   // Where nothing is known yet there is nothing to look at; what is to come may be planned there.
   const isAhead = !isHead && (first?.isBeyond ?? true);
@@ -142,7 +143,7 @@ export const playheadGrip = (event) => {
     /** @type {HTMLElement | null} */ (document.querySelector(".playhead .handle"))?.focus({
       preventScroll: true,
     });
-    before ??= back;
+    moves = [...moves.slice(-1), { press, back }];
   };
   return {
     isAtOnce: !isAhead,

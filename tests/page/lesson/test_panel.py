@@ -1,6 +1,6 @@
 """A lesson in a browser: what its frame is sent, and what comes of what a hand does there."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 import viser
@@ -242,6 +242,68 @@ def test_a_refused_command_is_told_in_the_card(room: Room, sitter: Sitter) -> No
     sitter.panel.take(messages.Use("a"))
     room.settle()
     assert sitter.state["fault"] == "Avoid has joined already"
+
+
+INTRODUCES = """  - do: {command: introduce, skill: avoid}
+    id: add
+    text: "Let it learn to avoid."
+    unlock: [add_skill, layer.reach, undo]
+    check: {present: avoid, by: +200}
+"""
+LEARNS = """  - do: {command: play}
+    id: add
+    text: "Let it learn to avoid."
+    check: {measure: trial, above: 40000}
+"""
+LOOKS_INTO = """  - do: {command: inspect, region: behind}
+    id: add
+    text: "Let it learn to avoid."
+    unlock: [inspect]
+    check: {measure: trial, above: 40000}
+"""
+
+
+@pytest.fixture
+def at_another(gui: viser.GuiApi, person: Person) -> Iterator[Callable[[str], Room]]:
+    """Opens the small lesson at the card with something to do, for which another one stands."""
+    rooms: list[Room] = []
+
+    def open_room(card: str) -> Room:
+        assert INTRODUCES in SMALL
+        session = small_session()
+        session.start()
+        rooms.append(Room(session, gui, small_lesson(SMALL.replace(INTRODUCES, card))))
+        at_deed(rooms[0], rooms[0].sitters[0])
+        return rooms[0]
+
+    yield open_room
+    for room in rooms:
+        room.close()
+
+
+def test_a_press_that_comes_late_does_not_do_the_opposite_of_what_it_said(
+    at_another: Callable[[str], Room],
+) -> None:
+    room = at_another(LEARNS)
+    (sitter,) = room.sitters
+    (play,) = [one for one in sitter.lesson["controls"] if one["control"] == "play"]
+    assert (play["label"], play["value"]) == ("Play", "play")
+    # It said "Pause" when it was pressed, and the run has come to a stop meanwhile.
+    sitter.do(messages.Use("play", "pause"))
+    assert not room.status.playing
+    sitter.do(messages.Use("play", "play"))
+    room.until(lambda: room.status.playing)
+
+
+def test_a_place_is_looked_into_where_the_last_hint_does_that(
+    at_another: Callable[[str], Room],
+) -> None:
+    room = at_another(LOOKS_INTO)
+    (sitter,) = room.sitters
+    assert sitter.cell is None
+    for _ in range(3):
+        sitter.do(messages.Hint())
+    room.until(lambda: sitter.cell is not None)
 
 
 def test_free_opens_all_in_this_browser_alone(room: Room, sitter: Sitter) -> None:
