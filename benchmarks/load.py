@@ -20,7 +20,7 @@ from learners.spec import RunSpec
 
 ROUNDS, CLICKS = 4, 6
 """Rounds in each repetition, and clicks in each round."""
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 def measure_load(

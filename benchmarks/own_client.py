@@ -19,7 +19,7 @@ from typing import Any
 
 from websockets.asyncio.client import ClientConnection, connect
 
-_PATIENCE_S = 30.0
+_PATIENCE_S = 60.0
 
 
 class Phone:

@@ -42,7 +42,7 @@ _PLAYING = "Pause"
 _OWN = "Layer"
 """What a page of one's own has: before it is there, clicks are not taken."""
 _FRAME = re.compile(r'src="(?P<address>time/[^"]+)"')
-_PATIENCE_S = 30.0
+_PATIENCE_S = 60.0
 _PAUSE_S = DOUBLE_S + 0.1
 """From one click's effect to the next click, which is not to be the second of a double click."""
 

@@ -3,13 +3,13 @@
 import gc
 import os
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from app.experiments import task
 from app.util.web_browser import find_chromium
@@ -37,13 +37,27 @@ BEGINNING = ("browser", "report", "experiments", "learners")
 """Folders whose tests take longest, these first; what is short comes last, so that of several
 workers none is at work long after the others."""
 
+FAREWELLS = (
+    *("live.worker", "live.wishes", "page.lab", "page.side.show"),
+    *("lessons.twenty", "lessons.referee"),
+)
+"""Modules of threads that are waited for at their end, though not for ever."""
+
 # Each of many processes would compile all modules anew that another one has not left compiled.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 # The first call of a compiled function takes seconds; a shared machine is slow at times. The same
-# examples each time, so that a test fails only where something has changed.
-settings.register_profile("pounce", deadline=None, derandomize=True, database=None, max_examples=60)
+# examples each time, so that a test fails only where something has changed. And a machine that
+# stands still makes no strategy slow.
+settings.register_profile(
+    "pounce",
+    deadline=None,
+    derandomize=True,
+    database=None,
+    max_examples=60,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 # To look for what these do not find: pytest --hypothesis-profile search.
 settings.register_profile("search", deadline=None, max_examples=5_000)
 settings.load_profile("pounce")
@@ -53,6 +67,23 @@ settings.load_profile("pounce")
 def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Keep the sessions of labs that tests open away from the user's own."""
     os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def patient() -> Iterator[None]:
+    """Give up nothing, and make no thread wait for others, because a process stands still.
+
+    On a machine with much else to do that lasts for seconds: what is only late is then taken for
+    lost, and a thread that is content with what others leave is left nothing.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.util.machine._MODEST", 0)
+        patch.setattr("app.page.lesson.desk._PATIENCE_S", 600.0)
+        for module in FAREWELLS:
+            patch.setattr(f"app.{module}._FAREWELL_S", 60.0)
+        for module in ("server", "watchers"):
+            patch.setattr(f"app.server.{module}.HANDSHAKE_S", 60.0)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import sysconfig
@@ -50,7 +49,12 @@ class Installed:
         checked("-m", "pip", "--python", python, *install, str(wheel))
         # What other tests have compiled of the same code, as an image comes with it.
         for compiled in (ROOT / "sim" / "__pycache__").glob("compiled-*"):
-            shutil.copytree(compiled, self.packages / "sim" / "__pycache__" / compiled.name)
+            # Without what somebody is just writing, and will have renamed before it is read.
+            shutil.copytree(
+                compiled,
+                self.packages / "sim" / "__pycache__" / compiled.name,
+                ignore=shutil.ignore_patterns("*.tmp.*"),
+            )
 
     def start(self, *words: str, program: tuple[str, ...] = ("pounce",)) -> subprocess.Popen[str]:
         return subprocess.Popen(
@@ -136,9 +140,7 @@ def test_the_documentation_comes_with_it_and_its_links_hold(installed: Installed
 
 @contextlib.contextmanager
 def lab(installed: Installed) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    running = installed.start("lab", "--no-browser", "--port", str(port))
+    running = installed.start("lab", "--no-browser", "--port", "0")
     try:
         assert running.stdout is not None
         said = running.stdout.readline()

@@ -284,6 +284,9 @@ def test_when_it_ends_everything_of_it_is_forgotten(taught: Taught) -> None:
     taught.room.ask(WHICH)
     pupils.answer(lambda n: WAYS[n % 3])
     taught.room.vote_again()
+    # What answers the ballot of before is not taken any more.
+    pupils.wait_for(lambda pupil: pupil.parts["lesson"]["ask"]["round"] == 2)
+    pupils.wait_for(lambda pupil: pupil.parts["seat"]["answer"] is None)
     pupils.answer(lambda n: WAYS[1])
     taught.room.reveal()
     taught.room.come_out(WHICH.id, OUTCOME)

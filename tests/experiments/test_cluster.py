@@ -31,6 +31,7 @@ from app.experiments.record import Record
 from app.experiments.runner import run_experiment
 from app.experiments.store import Folder, version
 from app.experiments.task import Finished, tasks_of
+from tests.support.endless import ENDLESS
 from tests.support.folders import rows
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -43,7 +44,6 @@ trials: 40000
 seeds: 5
 """
 QUICK = SMALL.replace("40000", "300").replace("seeds: 5", "seeds: 2")
-ENDLESS = SMALL.replace("40000", "2000000")
 
 
 TIMES = {"seconds": None, "ended_at": None}
@@ -129,6 +129,12 @@ def started(folder: Path) -> Iterator[Dask]:
         yield found
     finally:
         found.end()
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wait for a scheduler as long as for all else: it may just be standing still."""
+    monkeypatch.setattr(cluster, "CONNECT_S", float(LONG_S))
 
 
 @pytest.fixture

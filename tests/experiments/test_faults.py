@@ -33,6 +33,7 @@ from app.report.write import _write_all
 from app.results.read import ResultsError, read_folder
 from app.util import interrupts, leftovers
 from app.util.files import write_whole
+from tests.support.endless import ENDLESS, WORLD
 from tests.support.faults import built
 from tests.support.folders import KILLED_IN_A_COMMIT
 
@@ -243,8 +244,11 @@ def test_what_a_kill_left_on_a_disk_that_may_only_be_read_is_named(
 
 # --- Being told to end ---------------------------------------------------------------------------
 
-ENDLESS = {
-    "run": ("run", "timed", "--trials", "2000000", "--workers", "1", "--out", "out"),
+COMMANDS = {
+    "run": (
+        *("run", "standard_q", "--trials", "2000000", "--workers", "1", "--out", "out"),
+        *(word for name, value in WORLD.items() for word in ("--set", f"{name}={value}")),
+    ),
     "experiment": ("experiment", "long.yaml", "--workers", "1", "--out", "out"),
 }
 BEGUN: dict[str, Callable[[Path], object]] = {
@@ -255,7 +259,7 @@ BEGUN: dict[str, Callable[[Path], object]] = {
 
 def begun(path: Path, command: str, ignored: int | None = None) -> "subprocess.Popen[str]":
     """A command in a process of its own, at work."""
-    (path / "long.yaml").write_text("presets: [timed]\ntrials: 2000000\nseeds: 1\n")
+    (path / "long.yaml").write_text(ENDLESS)
 
     def prepare() -> None:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -264,7 +268,7 @@ def begun(path: Path, command: str, ignored: int | None = None) -> "subprocess.P
             signal.signal(ignored, signal.SIG_IGN)
 
     program = subprocess.Popen(
-        [*POUNCE, *ENDLESS[command]],
+        [*POUNCE, *COMMANDS[command]],
         cwd=path,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         stderr=subprocess.PIPE,
@@ -279,7 +283,7 @@ def begun(path: Path, command: str, ignored: int | None = None) -> "subprocess.P
     return program
 
 
-@pytest.mark.parametrize("command", ENDLESS)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_a_batch_job_whose_time_is_over_leaves_nothing(tmp_path: Path, command: str) -> None:
     program = begun(tmp_path, command)
     program.send_signal(signal.SIGTERM)

@@ -49,6 +49,7 @@ from learners.names import MAX_TRIALS
 from learners.run import Run, replay
 from learners.schedule_spec import SkillTimer
 from learners.spec import RunSpec
+from tests.support.endless import WORLD
 
 PATIENCE_S = 60.0
 """How long to wait for what must happen; reaching it is a failure."""
@@ -65,7 +66,9 @@ def spec_of(*settings: str, preset: str = "timed") -> RunSpec:
 
 
 LONG = spec_of("trials=1000000")
-"""Takes many seconds even at full speed."""
+"""At full speed it is over in less than a second, before a thread that stood still looks again."""
+BRISK = 200_000.0
+"""A speed at which it takes a minute, whatever the machine does meanwhile."""
 
 
 @pytest.fixture
@@ -84,6 +87,13 @@ def session_of() -> Iterator[SessionOf]:
     yield start
     for session in started:
         session.stop()
+
+
+@pytest.fixture
+def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a session that hurries take its time, so that it is still on its way when it is asked."""
+    # What it aims at then is no full speed to the worker, which has the name for itself.
+    monkeypatch.setattr("app.live.session.FULL_SPEED", 500_000.0)
 
 
 def ask(session: Session, *requests: Request) -> Status:
@@ -142,7 +152,7 @@ def test_one_trial_goes_to_the_start_of_the_next(session_of: SessionOf) -> None:
 def test_stepping_and_pausing_stop_a_session_that_plays(
     session_of: SessionOf, request_: Request
 ) -> None:
-    session = session_of(LONG, playing=True)
+    session = session_of(LONG, speed=BRISK, playing=True)
     session.wait_for(lambda status: status.snapshot.step > 1_000, PATIENCE_S)
     status = ask(session, request_)
     assert not status.playing
@@ -151,7 +161,7 @@ def test_stepping_and_pausing_stop_a_session_that_plays(
 
 
 def test_play_goes_on_and_says_so(session_of: SessionOf) -> None:
-    session = session_of()
+    session = session_of(speed=20_000.0)
     assert ask(session, Play()).playing
     session.wait_for(lambda status: status.snapshot.trial >= 100, PATIENCE_S)
 
@@ -200,7 +210,7 @@ def test_after_all_the_trials_there_can_be_going_on_is_refused(
 
 
 def test_tickets_count_requests_from_all_threads(session_of: SessionOf) -> None:
-    session = session_of(LONG, playing=True)
+    session = session_of(LONG, speed=BRISK, playing=True)
     tickets: list[int] = []
 
     def knock() -> None:
@@ -217,7 +227,7 @@ def test_tickets_count_requests_from_all_threads(session_of: SessionOf) -> None:
 
 
 def test_a_request_is_answered_only_once_it_is_done(session_of: SessionOf) -> None:
-    session = session_of(LONG, playing=True)
+    session = session_of(LONG, speed=BRISK, playing=True)
     for number in range(30):
         frozen = number % 2 == 0
         assert ask(session, FreezeSelection(frozen)).snapshot.control.selection_frozen == frozen
@@ -303,7 +313,7 @@ def test_start_again_is_a_new_run(session_of: SessionOf) -> None:
 
 
 def test_start_again_goes_on_playing(session_of: SessionOf) -> None:
-    session = session_of(LONG, playing=True)
+    session = session_of(LONG, speed=BRISK, playing=True)
     session.wait_for(lambda status: status.snapshot.trial > 1_000, PATIENCE_S)
     assert ask(session, StartAgain(LONG, "timed", 1)).playing
     taken = session.wait_for(lambda status: status.snapshot.step > 100, PATIENCE_S).snapshot
@@ -433,6 +443,7 @@ def test_a_run_that_never_gets_to_its_step_is_not_the_same(
     assert (status.snapshot.trial, status.playing, status.exhausted) == (800, False, True)
 
 
+@pytest.mark.usefixtures("unhurried")
 @pytest.mark.parametrize("request_", [Pause(), StepOnce(), TrialOnce()])
 def test_a_person_may_stop_it_on_the_way(session_of: SessionOf, request_: Request) -> None:
     session = session_of()
@@ -445,6 +456,7 @@ def test_a_person_may_stop_it_on_the_way(session_of: SessionOf, request_: Reques
     session.wait_for(lambda later: later.snapshot.step > status.snapshot.step, PATIENCE_S)
 
 
+@pytest.mark.usefixtures("unhurried")
 @pytest.mark.parametrize("request_", [Pause(), StepOnce(), TrialOnce(), FreezeSelection(True)])
 def test_given_up_beyond_the_trials_of_its_preset_they_are_over(
     session_of: SessionOf, request_: Request
@@ -459,13 +471,15 @@ def test_given_up_beyond_the_trials_of_its_preset_they_are_over(
     assert later.snapshot.trial == status.snapshot.trial + 50
 
 
+@pytest.mark.usefixtures("unhurried")
 def test_a_command_on_the_way_makes_it_a_run_like_any_other(session_of: SessionOf) -> None:
-    session = session_of()
+    session = session_of(speed=BRISK)
     on_the_way(session, spec_of("trials=1000000", f"schedule.skills.avoid.at={MAX_TRIALS}"))
     status = ask(session, Introduce("avoid", 5))
     assert (status.playing, status.opened) == (True, None)
 
 
+@pytest.mark.usefixtures("unhurried")
 @pytest.mark.parametrize("request_", [Play(), SetSpeed(5.0), REFUSED])
 def test_what_changes_nothing_on_the_way_does_not_stop_it(
     session_of: SessionOf, request_: Request
@@ -478,8 +492,9 @@ def test_what_changes_nothing_on_the_way_does_not_stop_it(
     session.wait_for(lambda later: later.snapshot.step > step + 10_000, PATIENCE_S)
 
 
+@pytest.mark.usefixtures("unhurried")
 def test_another_run_takes_the_place_of_one_on_the_way(session_of: SessionOf) -> None:
-    session = session_of()
+    session = session_of(speed=BRISK)
     on_the_way(session)
     run = ended(spec_of("trials=300"))
     session.submit(opening(run))
@@ -491,6 +506,7 @@ def test_another_run_takes_the_place_of_one_on_the_way(session_of: SessionOf) ->
     assert (status.opened, status.playing) == (None, True)
 
 
+@pytest.mark.usefixtures("unhurried")
 def test_an_error_on_the_way_gives_it_up(
     session_of: SessionOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -601,7 +617,7 @@ def test_commands_given_live_are_in_the_journal_and_replay(session_of: SessionOf
 
 
 def test_a_published_snapshot_never_changes(session_of: SessionOf) -> None:
-    session = session_of(LONG, playing=True)
+    session = session_of(LONG, speed=BRISK, playing=True)
     taken = session.wait_for(lambda status: status.snapshot.trial > 1_000, PATIENCE_S).snapshot
     arrays = {
         field.name: value
@@ -624,7 +640,7 @@ def test_the_curve_is_made_anew_now_and_then_while_it_plays(session_of: SessionO
 
 
 def test_a_pause_shows_the_newest_curve(session_of: SessionOf) -> None:
-    session = session_of(LONG, playing=True)
+    session = session_of(LONG, speed=BRISK, playing=True)
     session.wait_for(lambda status: status.snapshot.trial > 500, PATIENCE_S)
     taken = ask(session, Pause()).snapshot
     assert taken.curve.steps[-1] >= taken.step - taken.trial_step
@@ -872,7 +888,9 @@ def test_a_set_speed_holds_again_once_a_run_is_given_up(
     session_of: SessionOf, clock: Clock
 ) -> None:
     session = paced(session_of, 1.0)
-    ask(session, OpenRun(LONG, "timed", 3, FAR, "0" * 64, NAME))
+    # While the clock stands still a hurry is at full speed: only a slow run is still on its way.
+    slow = spec_of("trials=1000000", *(f"{name}={value}" for name, value in WORLD.items()))
+    ask(session, OpenRun(slow, "timed", 3, FAR, "0" * 64, NAME))
     assert after(session, clock, 0.25).steps_per_s > 1_000
     status = ask(session, FreezeSkills(True))
     assert (status.playing, status.opened, status.steps_per_s) == (True, None, 0.0)
@@ -910,7 +928,7 @@ def test_the_run_that_was_set_aside_is_taken_up_where_it_was(session_of: Session
 
 
 def test_what_was_playing_plays_on(session_of: SessionOf) -> None:
-    session = session_of()
+    session = session_of(speed=20_000.0)
     ask(session, Play())
     session.submit(opening(ended(spec_of("trials=300"))))
     assert not arrived(session).playing
@@ -958,7 +976,7 @@ def test_one_run_is_set_aside_and_none_in_which_nothing_was_done(session_of: Ses
 
 
 def test_what_played_as_it_was_set_aside_plays_on_when_it_is_back(session_of: SessionOf) -> None:
-    session = session_of(LONG, playing=True)
+    session = session_of(LONG, speed=BRISK, playing=True)
     session.wait_for(lambda status: status.snapshot.trial > 100, PATIENCE_S)
     status = ask(session, StartAgain(LONG, "timed", 1), Pause(), GoBack())
     assert (status.playing, status.snapshot.seed) == (True, SEED)
@@ -966,16 +984,16 @@ def test_what_played_as_it_was_set_aside_plays_on_when_it_is_back(session_of: Se
 
 @pytest.mark.parametrize("trials", [100, 1_000_000])
 def test_start_again_plays_on_but_not_after_the_end(session_of: SessionOf, trials: int) -> None:
-    session = session_of(spec_of(f"trials={trials}"), playing=True)
+    session = session_of(spec_of(f"trials={trials}"), speed=BRISK, playing=True)
     session.wait_for(lambda status: status.snapshot.trial >= 100, PATIENCE_S)
     assert ask(session, StartAgain(LONG, "timed", 1)).playing == (trials > 100)
 
 
 def test_start_again_stands_still_where_that_is_asked_for(session_of: SessionOf) -> None:
-    session = session_of(LONG, playing=True)
+    session = session_of(LONG, speed=BRISK, playing=True)
     session.wait_for(lambda status: status.snapshot.trial > 100, PATIENCE_S)
     status = ask(session, StartAgain(LONG, "timed", 1, paused=True), HARMLESS)
-    assert (status.playing, status.snapshot.step, status.speed) == (False, 0, FULL_SPEED)
+    assert (status.playing, status.snapshot.step, status.speed) == (False, 0, BRISK)
 
 
 # Starting again with a schedule that was drawn
@@ -1088,11 +1106,12 @@ def test_it_runs_to_a_trial_beyond_those_that_it_was_to_have(session_of: Session
     assert "trial 130 has begun already" in (complaint(session, RunTo(130)) or "")
 
 
+@pytest.mark.usefixtures("unhurried")
 @pytest.mark.parametrize("request_", [Pause(), Play(), StepOnce(), TrialOnce()])
 def test_whoever_says_otherwise_on_the_way_to_a_trial_is_heeded(
     session_of: SessionOf, request_: Request
 ) -> None:
-    session = session_of(LONG)
+    session = session_of(LONG, speed=BRISK)
     assert ask(session, RunTo(900_000), FreezeSkills(True)).runs_to == 900_000
     status = ask(session, request_)
     assert (status.runs_to, status.playing) == (None, isinstance(request_, Play))

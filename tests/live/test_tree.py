@@ -727,8 +727,15 @@ def test_what_is_wrong_with_a_journal_is_told(desk: Desk) -> None:
 # Threads
 
 
-def test_it_stops_while_a_branch_grows(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def endless_branches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a branch grow for half a minute, so that it still does whenever somebody looks."""
     monkeypatch.setattr("app.live.branching.LEAST_TRIALS", MAX_TRIALS)
+    monkeypatch.setattr("app.live.branching._SLICE_STEPS", 50)
+
+
+@pytest.mark.usefixtures("endless_branches")
+def test_it_stops_while_a_branch_grows(desk: Desk) -> None:
     desk.at(40)
     desk.branch(0, 300)
     grown = desk.session.wait_for(
@@ -741,8 +748,8 @@ def test_it_stops_while_a_branch_grows(desk: Desk, monkeypatch: pytest.MonkeyPat
     assert desk.session.is_gone
 
 
-def test_a_moment_is_made_while_a_branch_grows(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.live.branching.LEAST_TRIALS", MAX_TRIALS)
+@pytest.mark.usefixtures("endless_branches")
+def test_a_moment_is_made_while_a_branch_grows(desk: Desk) -> None:
     desk.at(40)
     branch = desk.branch(0, 300)
     # Of a branch that is not known so far, it would be where that ends.

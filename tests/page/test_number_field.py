@@ -84,7 +84,10 @@ def test_a_live_field_shows_what_is_in_force_after_a_text_that_is_not_taken(
     assert live.taken == []
 
 
-def test_a_keystroke_that_comes_late_changes_nothing(gui: viser.GuiApi, person: Person) -> None:
+def test_a_keystroke_that_comes_late_changes_nothing(
+    gui: viser.GuiApi, person: Person, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(number_field, "_ECHO_S", math.inf)
     live = Live(gui)
     person.fill("ε", "x")
     # The page sends the end of a text at once, and may send its last keystroke after it.
@@ -94,8 +97,9 @@ def test_a_keystroke_that_comes_late_changes_nothing(gui: viser.GuiApi, person: 
 
 
 def test_a_live_number_that_has_rested_is_taken_but_never_half_of_one(
-    gui: viser.GuiApi, person: Person
+    gui: viser.GuiApi, person: Person, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(number_field, "_REST_S", 3_600.0)
     live = Live(gui)
     person.type("ε", "0.2e-")
     live.field.settle(math.inf)

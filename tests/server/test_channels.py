@@ -43,6 +43,8 @@ class Frame:
             sock=socket.create_connection(("127.0.0.1", port)),
             additional_headers={name: value for name, value in given.items() if value},
             user_agent_header=None,
+            open_timeout=PATIENCE_S,
+            ping_interval=None,
             **options,
         )
 
@@ -227,6 +229,7 @@ def test_page_and_websocket_want_the_token() -> None:
         assert get_path(lab.port, path, {}).status == 401
         answer = get_path(lab.port, f"/?token={TOKEN}", {})
         cookie = answer.headers["Set-Cookie"].partition(";")[0]
+        answer.read()
         assert get_path(lab.port, path, {"Cookie": cookie}).status == 200
         assert host.refusal(Cookie=cookie, Origin="") == 403
         frame = host.frame({"Cookie": cookie})

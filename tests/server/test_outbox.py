@@ -53,6 +53,8 @@ class DeafPage:
 def deaf(monkeypatch: pytest.MonkeyPatch) -> Any:
     """A lab with more to say than fits into the buffers on the way, and a deaf page."""
     monkeypatch.setattr(admission, "WATCH_S", 0.02)
+    # It is there until a test has it go, however long that takes to get there.
+    monkeypatch.setattr(outbox, "STALL_S", 3_600.0)
     with lab_of() as lab:
         lab.server.gui.add_html(os.urandom(5_000_000).hex())
         page = DeafPage(lab.port)

@@ -152,12 +152,27 @@ def test_a_page_of_another_site_gets_no_websocket(port: Port, origin: str) -> No
     assert refused.value.response.status_code == 403
 
 
+HELLO_OF_TLS = b"\x16\x03\x01" + bytes(200)
+"""Of a browser that wants it encrypted; to a server of HTTP the beginning of a line."""
+
+
 def test_what_is_no_get_is_let_go(port: Port) -> None:
-    for line in (b"POST / HTTP/1.1\r\n\r\n", b"\x16\x03\x01" + bytes(200), b"GET\r\n\r\n"):
+    for line in (b"POST / HTTP/1.1\r\n\r\n", HELLO_OF_TLS, b"GET\r\n\r\n"):
         with socket.create_connection(("127.0.0.1", port.port), timeout=PATIENCE_S) as raw:
             raw.sendall(line)
+            raw.shutdown(socket.SHUT_WR)
             assert not raw.recv(1_000).startswith(b"HTTP/1.1 200")
     assert get_path(port.port, "/", {}).status == 200
+
+
+def test_whoever_says_nothing_more_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.server.watchers.HANDSHAKE_S", 0.05)
+    with (
+        opened() as port,
+        socket.create_connection(("127.0.0.1", port.port), timeout=PATIENCE_S) as raw,
+    ):
+        raw.sendall(HELLO_OF_TLS)
+        assert not raw.recv(1_000).startswith(b"HTTP/1.1 200")
 
 
 # --- Who is let in --------------------------------------------------------------------------------

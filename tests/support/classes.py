@@ -129,6 +129,8 @@ class Pupils:
             compression=None,
             max_size=None,
             proxy=None,
+            open_timeout=PATIENCE_S,
+            ping_interval=None,
             local_addr=(self._source, 0),
         )
         await connection.send('{"do": "follow", "dark": false}')

@@ -47,6 +47,8 @@ class Page:
             compression=None,
             max_size=None,
             max_queue=None,
+            open_timeout=PATIENCE_S,
+            ping_interval=None,
             **options,
         )
 

@@ -21,6 +21,8 @@ class Page:
             sock=socket.create_connection(("127.0.0.1", port)),
             additional_headers={name: value for name, value in given.items() if value},
             max_size=None,
+            open_timeout=PATIENCE_S,
+            ping_interval=None,
             **options,
         )
         self.parts: dict[str, dict[str, Any]] = {}

@@ -85,7 +85,7 @@ def test_the_rest_is_said_though_nothing_follows(monkeypatch: pytest.MonkeyPatch
     with sparing_log():
         for _ in range(3):
             log.warning("again")
-        assert said.wait(10)
+        assert said.wait(60)
     lines = terminal.getvalue().splitlines()
     counts = [int(line.split()[2]) for line in lines if line.startswith("… and ")]
     # On a slow machine the second may be due for a line of its own.

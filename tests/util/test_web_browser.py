@@ -12,7 +12,7 @@ import pytest
 
 from app.util.web_browser import chosen_browser, open_in_browser
 
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 
 
 @pytest.fixture

@@ -142,7 +142,7 @@ def test_what_has_become_of_a_lessons_file_is_said(tmp_path: Path, session: Sess
     lesson = lessons.load(str(path))
     request = request_to_begin(lesson, "", is_anew=False)
     session.submit(request)
-    session.wait_for(lambda status: status.story is not None, 30)
+    session.wait_for(lambda status: status.story is not None, 60)
     story = session.status.story
     assert story is not None
     assert Library().news_of(story, IN_ENGLISH) == ""

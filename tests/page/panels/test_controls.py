@@ -527,6 +527,7 @@ def test_a_slider_and_a_box_are_asked_for_and_then_show_what_is_true(
     desk.person.move("100 steps/s", 3.0)
     desk.person.check("Freeze selection")
     assert desk.requests == [SetSpeed(1_000.0), FreezeSelection(True)]
+    monkeypatch.setattr(widgets, "TOUCHED_S", math.inf)
     desk.controls.update(desk.status)
     assert desk.person.value("Freeze selection"), "a slider might still be in somebody's hand"
     monkeypatch.setattr(widgets, "TOUCHED_S", -1.0)

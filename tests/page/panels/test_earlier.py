@@ -61,7 +61,7 @@ class Desk:
 
     def does(self, request: Any) -> Status:
         ticket = self.session.submit(request)
-        return self.session.wait_for(lambda status: status.answered >= ticket, 30.0)
+        return self.session.wait_for(lambda status: status.answered >= ticket, 60.0)
 
 
 @pytest.fixture

@@ -235,7 +235,7 @@ class Tab:
 
     def find_out(self) -> None:
         """Wait until the cost that was asked for is known."""
-        assert self._made.wait(30)
+        assert self._made.wait(60)
 
     def settle(self, status: Status | None = None) -> None:
         """Draw until what an experiment takes is found out and shown."""

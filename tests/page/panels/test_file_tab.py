@@ -178,7 +178,7 @@ class Desk:
     def settle(self) -> Status:
         """Wait until all has been answered."""
         ticket = self.session.submit(FreezeSkills(False))
-        return self.session.wait_for(lambda status: status.answered >= ticket, 30)
+        return self.session.wait_for(lambda status: status.answered >= ticket, 60)
 
 
 @pytest.fixture

@@ -35,7 +35,7 @@ class Desk:
     def settle(self) -> Snapshot:
         """Wait until all has been answered, and show it."""
         ticket = self.session.submit(FreezeSkills(False))
-        status = self.session.wait_for(lambda status: status.answered >= ticket, 30)
+        status = self.session.wait_for(lambda status: status.answered >= ticket, 60)
         self.panel.update(status)
         return status.snapshot
 

@@ -271,10 +271,11 @@ def test_a_command_in_the_past_makes_a_branch_where_only_its_browser_goes(
     assert there.spec.learner.epsilon == 0.4
     assert len(theatre.session.status.lines) == 2
     assert "0.4" in anna.asks.note
-    assert theatre.shown(bert) is theatre.session.status.snapshot
-    assert theatre.session.status.snapshot.control == live.control
     branch = there.generation
+    # While it grows, each status has a snapshot of its own, even of what stands still.
     theatre.session.wait_for(lambda status: not status.lines[-1].is_growing, PATIENCE_S)
+    theatre.wait(lambda: theatre.shown(bert) is theatre.session.status.snapshot)
+    assert theatre.session.status.snapshot.control == live.control
     later = theatre.go(anna, 30_000)
     journal: list[tuple[int, Command]] = [(5_000, epsilon), (5_000, freeze)]
     true = snapshot.take(replay(SPEC, SEED, journal, 30_000), "timed", branch)
