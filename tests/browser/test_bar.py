@@ -15,7 +15,7 @@ from app.live.requests import AddMark, Branch
 from app.server.web_files import frame_document
 from learners.commands import Introduce, SetParameter
 from tests.support.live import LiveLab
-from tests.support.screen import Begin, Screen, Shared
+from tests.support.screen import Begin, Screen, Shared, box_of
 
 JOIN, EXPLORATION = "introduction:circle_clockwise", "episode:0:circle_clockwise"
 
@@ -93,9 +93,8 @@ def piece(screen: Screen, id: str) -> Locator:
 
 
 def middle(part: Locator) -> float:
-    box = part.bounding_box()
-    assert box is not None
-    return box["x"] + box["width"] / 2
+    box = box_of(part)
+    return box.left + box.width / 2
 
 
 def look_at(screen: Screen, trial: int) -> None:
@@ -194,16 +193,13 @@ def test_the_past_is_paler_after_the_moment_that_is_shown_and_live_has_its_mark(
     told = "trial 200, 300 trials behind the live run"
     expect(handle).to_have_attribute("aria-valuetext", told)
     expect(bar.locator(".veil")).to_be_visible()
-    box, veil = bar.locator(".axis .plot").bounding_box(), bar.locator(".veil").bounding_box()
-    assert box is not None
-    assert veil is not None
-    assert (veil["x"] - box["x"]) / box["width"] == pytest.approx(0.2, abs=0.01)
-    assert veil["width"] / box["width"] == pytest.approx(0.3, abs=0.01)
+    box, veil = box_of(bar.locator(".axis .plot")), box_of(bar.locator(".veil"))
+    assert (veil.left - box.left) / box.width == pytest.approx(0.2, abs=0.01)
+    assert veil.width / box.width == pytest.approx(0.3, abs=0.01)
     back = bar.locator(".live-end").get_by_role("button", name="Live")
-    assert (middle(back) - box["x"]) / box["width"] == pytest.approx(0.5, abs=0.01)
-    size = handle.bounding_box()
-    assert size is not None
-    assert min(size["width"], size["height"]) >= 24
+    assert (middle(back) - box.left) / box.width == pytest.approx(0.5, abs=0.01)
+    size = box_of(handle)
+    assert min(size.width, size.height) >= 24
     back.click()
     expect(bar.locator(".veil")).to_be_hidden()
     expect(handle).to_have_attribute("aria-valuetext", "trial 500, live")
@@ -278,11 +274,9 @@ def test_a_and_a_loop_are_a_bracket(begin: Begin) -> None:
     expect(between.locator("b:visible")).to_have_text(["A"])
     show(page, moment={**moment, "a": a, "loop": {"a": a, "b": b}})
     expect(between.locator("b:visible")).to_have_text(["A", "B"])
-    plot, bracket = screen.time.locator(".axis .plot").bounding_box(), between.bounding_box()
-    assert plot is not None
-    assert bracket is not None
-    assert (bracket["x"] - plot["x"]) / plot["width"] == pytest.approx(0.1, abs=0.01)
-    assert bracket["width"] / plot["width"] == pytest.approx(0.2, abs=0.01)
+    plot, bracket = box_of(screen.time.locator(".axis .plot")), box_of(between)
+    assert (bracket.left - plot.left) / plot.width == pytest.approx(0.1, abs=0.01)
+    assert bracket.width / plot.width == pytest.approx(0.2, abs=0.01)
     show(page, moment=moment)
 
 
@@ -303,19 +297,14 @@ def test_lines_are_a_tree_above_the_lanes_once_there_are_several(begin: Begin) -
     first, second = branched(live, 200), branched(live, 400)
     expect(rows).to_have_count(3)
     names = [screen.time.locator(f'.line[data-line="{n}"]') for n in (line, second, first)]
-    places = [row.bounding_box() for row in names]
-    tops = [place["y"] for place in places if place]
-    assert len(tops) == 3
+    tops = [box_of(row).top for row in names]
     assert tops == sorted(tops)
     expect(names[0]).to_have_attribute("aria-current", "true")
     expect(names[0].locator(".tag")).to_be_visible()
     expect(names[1].locator(".tag")).to_be_hidden()
     expect(names[1]).to_have_attribute("aria-label", re.compile("branched off at trial 400"))
-    plot = screen.time.locator(".axis .plot").bounding_box()
-    fork = names[2].locator(".fork").bounding_box()
-    assert plot is not None
-    assert fork is not None
-    assert (fork["x"] - plot["x"]) / plot["width"] == pytest.approx(0.2, abs=0.01)
+    plot, fork = box_of(screen.time.locator(".axis .plot")), box_of(names[2].locator(".fork"))
+    assert (fork.left - plot.left) / plot.width == pytest.approx(0.2, abs=0.01)
     screen.tell("look", line=first)
     expect(names[2]).to_have_attribute("aria-current", "true")
     expect(names[0]).not_to_have_attribute("aria-current", "true")
@@ -340,10 +329,10 @@ def test_events_are_signs_of_a_kind_and_a_mark_has_its_text(begin: Begin) -> Non
 def test_the_bar_takes_the_room_that_the_stage_keeps_for_it(begin: Begin) -> None:
     _, screen = begin(trial=100)
     screen.time.locator(".lane").first.wait_for()
-    box = screen.page.locator("iframe.pounce-time").bounding_box()
-    assert box is not None
-    assert box["height"] <= 225
+    screen.rest()
+    height = box_of(screen.page.locator("iframe.pounce-time")).height
+    assert height <= 225
     expect(screen.page.locator("iframe.pounce-time")).to_be_in_viewport(ratio=0.98)
-    assert box["height"] == screen.time_page.evaluate(
+    assert height == screen.time_page.evaluate(
         "() => Math.ceil(document.body.getBoundingClientRect().height)"
     )

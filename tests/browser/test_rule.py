@@ -8,7 +8,7 @@ from playwright.sync_api import Locator, expect
 from app.live.watched import Watched
 from tests.support.live import LiveLab
 from tests.support.schedules import ruled_spec
-from tests.support.screen import OpenPage, Screen, StartLab
+from tests.support.screen import OpenPage, Screen, StartLab, box_of
 
 CIRCLE = "circle_clockwise"
 LATE, EARLY = 600, 120
@@ -66,17 +66,17 @@ def test_it_is_said_of_the_moment_that_is_looked_at(lab: LiveLab, open_page: Ope
 def test_where_it_would_be_met_a_line_leads_to_the_lane(lab: LiveLab, open_page: OpenPage) -> None:
     screen = open_page(lab)
     screen.tell("seek_trial", trial=EARLY)
+    then = outlook(watched(lab, EARLY), "then", "that")
+    expect(words(screen)).to_contain_text(f"Circle clockwise joins below 0.2: {then}")
     line = screen.time.locator(".meets")
     expect(line).to_be_visible()
+    screen.rest()
     fires = int(watched(lab, EARLY).fires[-1])
-    axis = screen.time.locator(".axis > .plot").bounding_box()
-    lane = screen.time.locator(f'.lane[data-skill="{CIRCLE}"]').bounding_box()
-    box = line.bounding_box()
-    assert axis is not None
-    assert lane is not None
-    assert box is not None
-    assert box["x"] == pytest.approx(axis["x"] + axis["width"] * fires / 2_000, abs=2)
-    assert box["y"] + box["height"] == pytest.approx(lane["y"] + lane["height"], abs=2)
+    axis = box_of(screen.time.locator(".axis > .plot"))
+    lane = box_of(screen.time.locator(f'.lane[data-skill="{CIRCLE}"]'))
+    box = box_of(line)
+    assert box.left == pytest.approx(axis.left + axis.width * fires / 2_000, abs=2)
+    assert box.top + box.height == pytest.approx(lane.top + lane.height, abs=2)
 
 
 def test_by_hand_a_skill_joins_earlier_in_a_branch_and_its_rule_goes_on_from_there(

@@ -21,7 +21,7 @@ from app.page.time import messages
 from learners.commands import SetSchedule
 from learners.schedule_spec import EpisodeSpec, ScheduleSpec
 from tests.support.live import PATIENCE_S, LiveLab
-from tests.support.screen import Begin, Screen, Shared
+from tests.support.screen import Begin, Screen, Shared, box_of
 
 TRIALS = 4_000
 """Of the whole run, which is the length of the axis."""
@@ -342,24 +342,24 @@ def test_ends_of_explorations_and_freezes_are_moved(bar: Bar) -> None:
 
 def test_a_drag_that_is_given_up_asks_for_nothing(bar: Bar) -> None:
     at = bar.at(HOLD, CIRCLE)
-    before = bar.block(EXPLORATION).bounding_box()
+    before = box_of(bar.block(EXPLORATION))
     bar.take(at, bar.at(JOINS + 900, CIRCLE))
     expect(bar.block(EXPLORATION)).to_have_class(re.compile("held"))
     bar.page.keyboard.press("Escape")
     bar.page.mouse.up()
     expect(bar.block(EXPLORATION)).not_to_have_class(re.compile("held"))
-    assert bar.block(EXPLORATION).bounding_box() == before
+    assert box_of(bar.block(EXPLORATION)) == before
     assert n_edits(bar.live.ask()) == 0
 
 
 def test_nothing_from_the_lab_moves_what_is_in_a_hand(bar: Bar) -> None:
     bar.take(bar.at(HOLD, CIRCLE), bar.at(HOLD + 400, CIRCLE))
     expect(bar.block(EXPLORATION)).to_have_class(re.compile("held"))
-    held = bar.block(EXPLORATION).bounding_box()
+    held = box_of(bar.block(EXPLORATION))
     bar.live.go_to_trial(HERE + 40)
     bar.looks_at(HERE + 40)
     expect(bar.handle).to_have_text(f"{HERE + 40}")
-    assert bar.block(EXPLORATION).bounding_box() == held
+    assert box_of(bar.block(EXPLORATION)) == held
     assert n_edits(bar.live.session.status) == 0
     bar.page.mouse.up()
     assert circle_of(edited(bar))[2].at == JOINS + 400
@@ -370,10 +370,10 @@ def test_what_is_past_is_locked_and_says_so(bar: Bar) -> None:
     bar.looks_at(JOINS + 700)
     block = bar.frame.locator(f"{CIRCLE} .piece.forced")
     expect(block).to_have_attribute("aria-disabled", "true")
-    before = block.bounding_box()
+    before = box_of(block)
     bar.drag(bar.at(JOINS + 400, CIRCLE), bar.at(JOINS + 900, CIRCLE))
     bar.says(f"What began at trial {JOINS:,} is past, and locked.")
-    assert block.bounding_box() == before
+    assert box_of(block) == before
     status = bar.live.ask()
     assert n_edits(status) == 0
     assert bar.place is None
@@ -382,12 +382,12 @@ def test_what_is_past_is_locked_and_says_so(bar: Bar) -> None:
 def test_a_refusal_is_said_and_the_block_is_where_it_was(bar: Bar) -> None:
     bar.page.mouse.dblclick(*bar.at(3_500, CIRCLE))
     edited(bar)
-    before = bar.block(EXPLORATION).bounding_box()
+    before = box_of(bar.block(EXPLORATION))
     # It would run into the one that was just added.
     bar.drag(bar.at(HOLD, CIRCLE), bar.at(HOLD + 1_200, CIRCLE))
     bar.says("would overlap")
     expect(bar.block(EXPLORATION)).not_to_have_class(re.compile("held"))
-    assert bar.block(EXPLORATION).bounding_box() == before
+    assert box_of(bar.block(EXPLORATION)) == before
     assert n_edits(bar.live.ask()) == 1
 
 
@@ -678,9 +678,9 @@ def test_a_block_moved_in_the_past_makes_a_branch_with_a_menu_of_its_own(bar: Ba
     expect(row).not_to_have_attribute("aria-current", "true")
     more = row.get_by_role("button", name="What can be done with it")
     bar.handle.hover()
-    place = more.bounding_box()
+    place = box_of(more)
     row.hover(position={"x": 5, "y": 5})
-    assert more.bounding_box() == place
+    assert box_of(more) == place
     more.click()
     bar.frame.get_by_role("menuitem", name="Make it live").click()
     bar.live.wait_for(lambda status: status.snapshot.generation == branch.number)

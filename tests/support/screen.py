@@ -98,6 +98,10 @@ _SEND = """async message => {
     return send(message);
 }"""
 
+_BOX = """node => {
+    const { left, top, width, height } = node.getBoundingClientRect();
+    return [left, top, width, height];
+}"""
 _PROJECT = """index => {
     const { camera, canvas, nodeRefFromName } = window.__viserMutable;
     const props = window.__viserSceneTree.getState()["/board/cells"].message.props;
@@ -109,6 +113,20 @@ _PROJECT = """index => {
     const y = box.top + (1 - place.y) / 2 * box.height;
     return [Math.floor(x), Math.floor(y)];
 }"""
+
+
+class Box(NamedTuple):
+    """Where something is, in pixels."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+
+
+def box_of(part: Locator) -> Box:
+    """Where something is in its own page, be that a frame that moves about in another page."""
+    return Box(*part.evaluate(_BOX))
 
 
 class Screen:
