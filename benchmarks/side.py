@@ -41,13 +41,19 @@ _HAS_BOARD: Final = """() => {
     return hasKeys && cells?.message.props.colors.length > 0;
 }"""
 """The board is drawn last of all, and no key acts before the page knows which there are."""
-_IS_SHOWN: Final = f"() => window.pounceSide?.().length === {BOARDS}"
-_COUNT: Final = """seconds => new Promise(done => {
-    const before = window.pounceSide();
+_FRAME: Final = "iframe.pounce-side"
+# Asked from the page around, which is there: a frame that is still loading takes its scripts along.
+_IS_SHOWN: Final = f"""() => {{
+    const {{ contentWindow }} = document.querySelector("{_FRAME}");
+    return contentWindow.pounceSide?.().length === {BOARDS};
+}}"""
+_COUNT: Final = """([frame, seconds]) => new Promise(done => {
+    const { contentWindow } = document.querySelector(frame);
+    const before = contentWindow.pounceSide();
     const began = performance.now();
     const look = () => {
         const took = (performance.now() - began) / 1000;
-        const each = window.pounceSide().map((drawn, board) => drawn - before[board]);
+        const each = contentWindow.pounceSide().map((drawn, board) => drawn - before[board]);
         const isEnough = Math.min(...each) > 0 || took > 10 * seconds + 60;
         if (took >= seconds && isEnough) done(Math.min(...each) / took);
         else setTimeout(look, 1000 * Math.max(seconds - took, 0.05));
@@ -116,14 +122,13 @@ def _measure(
         alone.append(_rate(session, before, began_s))
         # Nobody else looks, so closing it lets the runs stand still.
         page.keyboard.press("c")
-        node = page.wait_for_selector("iframe.pounce-side", timeout=_PATIENCE_MS)
-        frame = node.content_frame()
-        frame.wait_for_function(_IS_SHOWN, timeout=_PATIENCE_MS)
+        page.wait_for_selector(_FRAME, timeout=_PATIENCE_MS)
+        page.wait_for_function(_IS_SHOWN, timeout=_PATIENCE_MS)
         before, began_s = _steps(session), time.perf_counter()
-        shown.append(frame.evaluate(_COUNT, TURN_S))
+        shown.append(page.evaluate(_COUNT, [_FRAME, TURN_S]))
         rates.append(_rate(session, before, began_s))
         page.keyboard.press("c")
-        page.wait_for_selector("iframe.pounce-side", state="detached", timeout=_PATIENCE_MS)
+        page.wait_for_selector(_FRAME, state="detached", timeout=_PATIENCE_MS)
     shares = [rate / free for rate, free in zip(rates, alone, strict=True)]
     return {
         "boards": BOARDS,
