@@ -43,10 +43,8 @@ _HAS_BOARD: Final = """() => {
 """The board is drawn last of all, and no key acts before the page knows which there are."""
 _FRAME: Final = "iframe.pounce-side"
 # Asked from the page around, which is there: a frame that is still loading takes its scripts along.
-_IS_SHOWN: Final = f"""() => {{
-    const {{ contentWindow }} = document.querySelector("{_FRAME}");
-    return contentWindow.pounceSide?.().length === {BOARDS};
-}}"""
+_IS_SHOWN: Final = """([frame, boards]) =>
+    document.querySelector(frame).contentWindow.pounceSide?.().length === boards"""
 _COUNT: Final = """([frame, seconds]) => new Promise(done => {
     const { contentWindow } = document.querySelector(frame);
     const before = contentWindow.pounceSide();
@@ -123,7 +121,7 @@ def _measure(
         # Nobody else looks, so closing it lets the runs stand still.
         page.keyboard.press("c")
         page.wait_for_selector(_FRAME, timeout=_PATIENCE_MS)
-        page.wait_for_function(_IS_SHOWN, timeout=_PATIENCE_MS)
+        page.wait_for_function(_IS_SHOWN, arg=[_FRAME, BOARDS], timeout=_PATIENCE_MS)
         before, began_s = _steps(session), time.perf_counter()
         shown.append(page.evaluate(_COUNT, [_FRAME, TURN_S]))
         rates.append(_rate(session, before, began_s))

@@ -40,14 +40,13 @@ from learners.commands import (
 from learners.skill_spec import SkillWeights
 from sim.world import CAPTURE, FLIGHT, TIMEOUT
 from tests.support.live import LiveLab, preset_of
-from tests.support.screen import Begin, Screen, arriving
+from tests.support.screen import TWO_FRAMES, Begin, Screen, arriving
 
 LEARNED = 1_000
 """Trials after which two skills know enough of the small world for each layer to differ."""
 HOSTILE = "<img src=x onerror=alert(1)>"
 
 SHOWN = """name => window.__viserSceneTree.getState()[name].effectiveVisibility"""
-FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 IS_SHOWN = """([name, shown]) =>
     window.__viserSceneTree.getState()[name].effectiveVisibility === shown"""
 HAS_POINTS = """([name, count]) =>
@@ -128,7 +127,7 @@ def drag(screen: Screen, slider: Locator, steps: int = 12) -> None:
     screen.page.mouse.move(x + 50, y, steps=steps)
     screen.page.mouse.up()
     # A slider takes the last move when the next frame is drawn.
-    screen.page.evaluate(FRAMES)
+    screen.page.evaluate(TWO_FRAMES)
 
 
 def cell_number(live: LiveLab, x: int, y: int) -> int:

@@ -260,7 +260,8 @@ def test_each_browser_has_its_own_view_of_the_results(begin_two: BeginTwo) -> No
 def test_an_experiment_pauses_goes_on_stops_and_is_gone_on_with(begin: Begin) -> None:
     live, screen = begin()
     screen.turn_to("File")
-    screen.upload("Load experiment", "long.yaml", LONG)
+    with screen.told("long is chosen under Experiments."):
+        screen.upload("Load experiment", "long.yaml", LONG)
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value("long")
     assert screen.reads("2 runs: 2 variants, 1 seed each.")
@@ -510,8 +511,9 @@ def test_a_loaded_experiment_is_chosen_named_and_shown_as_text(begin: Begin) -> 
     )
     live, screen = begin()
     screen.turn_to("File")
-    screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
     name = "img_src_x_onerror_alert_1_"
+    with screen.told(f"{name} is chosen under Experiments."):
+        screen.upload("Load experiment", f"{HOSTILE}.yaml", text)
     screen.turn_to("Experiments")
     expect(screen.field("Experiment")).to_have_value(name)
     screen.choose("Experiment", "Figure 4.1")

@@ -1,7 +1,6 @@
 """What is typed and pasted into fields, and what single keys do on any keyboard."""
 
 import math
-import time
 from typing import Any
 
 import pytest
@@ -11,13 +10,12 @@ from app.live.requests import SetSpeed
 from app.page import keys
 from app.page.keys import KEYS
 from learners.commands import SetParameter
-from tests.support.screen import Shared
+from tests.support.live import until
+from tests.support.screen import TWO_FRAMES, Shared
 
 CAMERA = """() => {
     return window.__viserMutable.camera.quaternion.toArray();
 }"""
-TWO_FRAMES = """() => new Promise(done =>
-    requestAnimationFrame(() => requestAnimationFrame(done)))"""
 
 
 # Fields
@@ -134,8 +132,8 @@ def test_no_key_moves_the_camera(shared: Shared) -> None:
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_have_count(0)
     # What was asked of the past makes branches, and the page goes to each once that is there.
-    while shared.live.lab.browsers[0].asks.is_branching:
-        time.sleep(0.005)
+    asks = shared.live.lab.browsers[0].asks
+    until(lambda: not asks.is_branching)
     page.keyboard.press("End")
     # It follows the room for the board, and that alone.
     assert page.evaluate(CAMERA) == pytest.approx(home, abs=1e-3)

@@ -11,7 +11,7 @@ from app.live.story import WentToCard
 from tests.support.access import AXE, FINDINGS
 from tests.support.live import LiveLab
 from tests.support.pupil import STOPS, Pupil
-from tests.support.screen import Shared
+from tests.support.screen import TWO_FRAMES, Shared
 
 TITLE = "Which way round?"
 SIZES = {
@@ -25,7 +25,6 @@ BOXES = """() => [".board", ".lesson"].map(part => {
     const box = document.querySelector(`#pounce-stage ${part}`).getBoundingClientRect();
     return [box.left, box.top, box.right, box.bottom];
 })"""
-FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 FITS = """() => {
     const { camera, canvas } = window.__viserMutable;
     const slot = document.querySelector("#pounce-stage .board").getBoundingClientRect();
@@ -90,7 +89,7 @@ def test_the_card_stands_beside_the_board_or_below_it(pupil: Pupil, name: str) -
     page.set_viewport_size({"width": width, "height": height})
     page.wait_for_function("width => innerWidth === width", arg=width)
     # What fitted before fits until the stage is laid out anew, with the next frame.
-    page.evaluate(FRAMES)
+    page.evaluate(TWO_FRAMES)
     for presents in (False, True) if name != "a phone" else (False,):
         if presents:
             page.keyboard.press("p")

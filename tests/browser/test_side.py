@@ -19,7 +19,7 @@ from learners.kernel.state import digest
 from learners.run import Run
 from tests.support.live import PATIENCE_S, SEED, LiveLab, preset_of
 from tests.support.races import snapshots_at
-from tests.support.screen import Begin, BeginTwo, Screen, Shared
+from tests.support.screen import Begin, BeginTwo, Screen, Shared, comes_to
 
 FOUR = ("standard_q", "hierarchical_3", "timed", "hierarchical_2")
 STEPS = 30_000
@@ -44,13 +44,9 @@ _SHARE = """([board, size, cells, colours, least]) => {
 """Whether so many cells have a colour at their middle, as app/web/player/place.js places them."""
 
 
-_SCRUBBED = """async patience => {
-    const { state } = await import(new URL("../../web/side/state.js", location.href));
-    const until = performance.now() + patience;
-    const isThere = () => state.scrub === null && !state.moment.live && state.moment.step > 0;
-    while (!isThere() && performance.now() < until)
-        await new Promise(done => setTimeout(done, 10));
-    return isThere() ? state.moment.step : null;
+_SCRUBBED = """() => {
+    const { moment, scrub } = state;
+    return scrub === null && moment && !moment.live && moment.step;
 }"""
 """The step that the lab shows once a hand has let go, and not what the hand pointed at."""
 
@@ -162,7 +158,7 @@ def test_scrubbing_shows_all_boards_at_one_step_and_back(begun: Shared) -> None:
     screen.page.mouse.up()
     # Half of the axis of 40,000 steps, and not a place on the way.
     expect(frame.locator(".handle")).to_have_text(re.compile(r"^step (19,[5-9]|20,[0-4])\d\d$"))
-    step = page_of(screen).evaluate(_SCRUBBED, PATIENCE_S * 1000)
+    step = comes_to(page_of(screen), "side", _SCRUBBED)
     expect(frame.locator(".handle")).to_have_text(f"step {step:,}")
     assert 0 < step < STEPS
     then = snapshots_at(race_of(live), step)

@@ -7,7 +7,6 @@ the browser looks at, as the lab has them.
 import itertools
 import re
 import threading
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -20,8 +19,8 @@ from app.live.status import Status
 from app.page.time import messages
 from learners.commands import SetSchedule
 from learners.schedule_spec import EpisodeSpec, ScheduleSpec
-from tests.support.live import PATIENCE_S, LiveLab
-from tests.support.screen import Begin, Screen, Shared, box_of
+from tests.support.live import PATIENCE_S, LiveLab, until
+from tests.support.screen import HAS_HEARD, HEAR, Begin, Screen, Shared, box_of
 
 TRIALS = 4_000
 """Of the whole run, which is the length of the axis."""
@@ -39,15 +38,6 @@ PLAN = (
 HOLD = JOINS + 420
 """Where a hand takes that exploration, beside its ends, the end of the freeze and its number."""
 JOIN, EXPLORATION = "introduction:circle_clockwise", "episode:0:circle_clockwise"
-_HEAR = """() => {
-    const said = document.querySelector(".told .said > span");
-    window.heard = [];
-    window.ear?.disconnect();
-    window.ear = new MutationObserver(() => window.heard.push(said.textContent));
-    window.ear.observe(said, { childList: true, characterData: true, subtree: true });
-}"""
-"""Notes what is said from now on: it goes away by itself."""
-_HAS_HEARD = "words => window.heard.some(text => text.includes(words))"
 
 
 class Bar:
@@ -108,14 +98,11 @@ class Bar:
 
     def says(self, words: str) -> None:
         """Wait until this has been said of what a hand did, be it gone by now."""
-        self._screen.time_page.wait_for_function(_HAS_HEARD, arg=words)
+        self._screen.time_page.wait_for_function(HAS_HEARD, arg=words)
 
     def is_live(self) -> None:
         """Wait until the lab knows that the browser looks at what is live."""
-        deadline = time.monotonic() + PATIENCE_S
-        while self.place is not None:
-            assert time.monotonic() < deadline, self.place
-            time.sleep(0.005)
+        until(lambda: self.place is None)
 
     def looks_at(self, trial: int) -> None:
         """Wait until the page shows a moment, and the bar knows that."""
@@ -129,6 +116,7 @@ class Bar:
         """
         shown = self._screen.expect_place("trial", trial, off=10)
         self.looks_at(shown)
+        expect(self.handle).to_have_text(f"{shown:,}")
         return shown
 
     def at(self, trial: float, row: str = ".curve") -> tuple[float, float]:
@@ -179,7 +167,7 @@ def bar(begin: Begin, monkeypatch: pytest.MonkeyPatch) -> Bar:
     bar.goes_live()
     bar.looks_at(HERE)
     expect(bar.handle).to_have_text(f"{HERE}")
-    screen.time_page.evaluate(_HEAR)
+    screen.time_page.evaluate(HEAR, ".told .said > span")
     for block in (JOIN, EXPLORATION):
         expect(bar.block(block)).to_have_attribute("aria-valuenow", f"{JOINS}")
     return bar
@@ -612,7 +600,7 @@ def test_a_presentation_of_branches_is_seen_down_to_its_axis(bar: Bar) -> None:
     bar.looks_at(JOINS + 100)
     said = bar.frame.locator(f"{CIRCLE} .label").filter(has_text=f"{JOINS:,}")
     expect(said).to_contain_text("joined at")
-    for trial, until in ((500, 2_700), (600, 2_800)):
+    for trial, end in ((500, 2_700), (600, 2_800)):
         bar.page.keyboard.press("End")
         bar.looks_at(JOINS + 100)
         bar.page.mouse.click(*bar.at(trial))
@@ -621,7 +609,7 @@ def test_a_presentation_of_branches_is_seen_down_to_its_axis(bar: Bar) -> None:
         # What can be changed there comes with a bar of its own.
         expect(bar.block(JOIN)).to_have_attribute("data-editable", "")
         n_lines = len(bar.live.session.status.lines)
-        bar.drag(bar.at(JOINS + 300, CIRCLE), bar.at(until, CIRCLE))
+        bar.drag(bar.at(JOINS + 300, CIRCLE), bar.at(end, CIRCLE))
         status = bar.live.wait_for(lambda status, n=n_lines: len(status.lines) == max(n + 1, 2))
         branch = max(line.number for line in status.lines)
         # Only then is the browser there: it would be taken away from where it goes next.

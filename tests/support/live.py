@@ -55,6 +55,14 @@ def small_experiment(text: str = SMALL, n_seeds: int | None = None) -> Experimen
     return experiments.parse(text, "small.yaml", None, n_seeds)
 
 
+def until(is_so: Callable[[], bool]) -> None:
+    """Wait until something is so of which nobody is told."""
+    deadline = time.monotonic() + PATIENCE_S
+    while not is_so():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
 class LiveLab:
     """A session with its page, served by this process; paused until somebody plays."""
 
@@ -181,10 +189,7 @@ class LiveLab:
 
     def expect_value(self, label: str, value: object) -> None:
         """Wait until a widget that all browsers share holds a value."""
-        deadline = time.monotonic() + PATIENCE_S
-        while self.widget(label).value != value:
-            assert time.monotonic() < deadline, self.widget(label).value
-            time.sleep(0.005)
+        until(lambda: self.widget(label).value == value)
 
     def run_to_end(self, experiment: Experiment) -> Standing:
         """Run an experiment, and wait until it is over."""

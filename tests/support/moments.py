@@ -36,3 +36,4 @@ def expect_moment(live: LiveLab, screen: Screen, shot: Snapshot) -> None:
         points = np.array(screen.page.evaluate(_POINTS, "/board/predator")).reshape(-1, 3)
         np.testing.assert_allclose(points[0, :2], here[0], atol=1e-4)
     screen.expect_place("step", shot.step)
+    assert moment_of(screen)["trial"] == shot.trial

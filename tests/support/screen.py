@@ -75,24 +75,38 @@ _HAS_ITS_HEIGHT = """() => {
     return Math.abs(frame.clientHeight - height) < 1.5;
 }"""
 
-_COMES_TO_LINE = """async ([line, step, patience]) => {
-    const { state } = await import(new URL("../../web/time/state.js", location.href));
+_COMES_TO = """async ([part, patience, ...given]) => {
+    const { state } = await import(new URL(`../../web/${part}/state.js`, location.href));
     const until = performance.now() + patience;
-    const isThere = () => state.bar?.line === line && state.moment?.line === line && !state.held
-        && (step === null || (state.bar.end.step === step && state.moment.step === step));
-    while (!isThere() && performance.now() < until)
+    const look = WANTED;
+    while (!look() && performance.now() < until)
         await new Promise(done => setTimeout(done, 10));
-    return isThere();
+    return look();
 }"""
-_COMES_NEAR = """async ([unit, place, off, patience]) => {
-    const { state } = await import(new URL("../../web/time/state.js", location.href));
-    const until = performance.now() + patience;
-    const isNear = () => Math.abs((state.moment?.[unit] ?? NaN) - place) <= off;
-    const isThere = () => state.scrub === null && isNear();
-    while (!isThere() && performance.now() < until)
-        await new Promise(done => setTimeout(done, 10));
-    return isThere() ? state.moment[unit] : null;
+_IS_OF_LINE = """() => {
+    const { bar, moment, held } = state;
+    const [line, step] = given;
+    return bar?.line === line && moment?.line === line && !held
+        && (step === null || (bar.end.step === step && moment.step === step));
 }"""
+_IS_NEAR = """() => {
+    const { moment, scrub } = state;
+    const [unit, place, off] = given;
+    return scrub === null && moment && Math.abs(moment[unit] - place) <= off && moment;
+}"""
+TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""What is drawn with the next frame is drawn after these."""
+HEAR = """selector => {
+    const root = document.documentElement;
+    window.heard = new Set();
+    window.ear?.disconnect();
+    window.ear = new MutationObserver(() => {
+        for (const node of document.querySelectorAll(selector)) window.heard.add(node.textContent);
+    });
+    window.ear.observe(root, { childList: true, characterData: true, subtree: true });
+}"""
+"""Has a page note what some of it says from now on: it goes away by itself."""
+HAS_HEARD = "words => [...window.heard].some(text => text.includes(words))"
 _SEND = """async message => {
     const { send } = await import(new URL("../../web/player/pipe.js", location.href));
     return send(message);
@@ -127,6 +141,19 @@ class Box(NamedTuple):
 def box_of(part: Locator) -> Box:
     """Where something is in its own page, be that a frame that moves about in another page."""
     return Box(*part.evaluate(_BOX))
+
+
+def comes_to(frame: Frame, part: Literal["time", "side"], wanted: str, *given: Any) -> Any:
+    """Wait until a frame's page is in a state; what is then so.
+
+    Args:
+        frame: a page of its own.
+        part: which of them it is.
+        wanted: a function of JavaScript that looks at its ``state`` and what is ``given``. What it
+            returns is returned once that is true, and in any case after a while.
+    """
+    script = _COMES_TO.replace("WANTED", wanted)
+    return frame.evaluate(script, [part, PATIENCE_S * 1000, *given])
 
 
 class Screen:
@@ -219,14 +246,13 @@ class Screen:
 
     def expect_line(self, line: int, step: int | None = None) -> None:
         """Wait until the time bar is that of a line, and as far as that has come."""
-        assert self.time_page.evaluate(_COMES_TO_LINE, [line, step, PATIENCE_S * 1000])
+        assert comes_to(self.time_page, "time", _IS_OF_LINE, line, step)
 
     def expect_place(self, unit: Literal["step", "trial"], place: int, off: int = 0) -> int:
         """Wait until the time bar knows that the page shows a moment, at most so far off; where."""
-        asked = [unit, place, off, PATIENCE_S * 1000]
-        found: int | None = self.time_page.evaluate(_COMES_NEAR, asked)
-        assert found is not None
-        return found
+        found = comes_to(self.time_page, "time", _IS_NEAR, unit, place, off)
+        assert found
+        return int(found[unit])
 
     def rest(self) -> None:
         """Wait until the time bar's frame has the height of what is in it, and rests."""
@@ -322,6 +348,13 @@ class Screen:
             self.page.get_by_text(folder, exact=True).click()
         expect(within).to_be_visible()
         expect(self.page.locator(_UNFOLDING)).to_have_count(0)
+
+    @contextlib.contextmanager
+    def told(self, words: str) -> Iterator[None]:
+        """Wait at the end until there was a notice with these words, be it gone by then."""
+        self.page.evaluate(HEAR, ".mantine-Notification-root")
+        yield
+        self.page.wait_for_function(HAS_HEARD, arg=words)
 
     def show_results(self) -> None:
         """Open the panel with the results from the tab."""

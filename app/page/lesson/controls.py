@@ -244,12 +244,13 @@ def _skills(names: frozenset[str], card: Card, status: Status, words: Words) -> 
                 continue
             trials, chance = asked.get(skill, EXPLORED)
             is_main = skill in asked and not was_explored(skill, snapshot)
-            says = "stop" if skill in running else "explore"
             if skill in running:
+                says = "stop"
                 wants: Wanted = StopExploring(skill)
                 label = words.say("control.stop_exploring", skill=plain(skill))
                 is_main = do is not None and (do.command, do.skill) == ("stop_exploring", skill)
             else:
+                says = "explore"
                 wants = Explore(skill, trials, chance)
                 label = words.say(
                     "control.explore",

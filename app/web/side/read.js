@@ -29,14 +29,17 @@ const go = /** @type {HTMLButtonElement} */ (part(".go"));
 
 /** So long what a hand has chosen stands, unless the lab has said the same before. */
 const PATIENCE_MS = 3_000;
-/** What it has chosen: what comes before the lab says the same was said before it. @type {{one: number, other: number, shown: boolean, at: number} | null} */
+/** @typedef {{one: number, other: number, shown: boolean}} Pair */
+/** What a hand has chosen of which runs, and when: until the lab says the same, what it says was said before. @type {{pair: Pair, names: string, at: number} | null} */
 let wished = null;
 
+const names = () => state.race?.runs.map(({ name }) => name).join("\n") ?? "";
+
 on("compare", (told) => {
-  const isSame = wished && (["one", "other", "shown"]).every((part) => told[part] === /** @type {any} */ (wished)[part]);
-  if (!wished || isSame || performance.now() - wished.at > PATIENCE_MS) wished = null;
-  const { one: first, other: second, shown } = wished ?? told;
-  state.compare = { ...told, one: first, other: second, shown };
+  const isSame = wished && told.one === wished.pair.one && told.other === wished.pair.other && told.shown === wished.pair.shown;
+  const isOver = !wished || isSame || wished.names !== names() || performance.now() - wished.at > PATIENCE_MS;
+  if (isOver) wished = null;
+  state.compare = { ...told, ...wished?.pair };
   changed();
 });
 
@@ -50,14 +53,14 @@ const showApart = () => {
   const { compare, race } = state;
   part(".apart").hidden = !compare || !race;
   if (!compare || !race) return;
-  const names = race.runs.map(({ name }) => name);
+  const options = names();
   for (const [list, chosen] of /** @type {const} */ ([
     [one, compare.one],
     [other, compare.other],
   ])) {
-    if (list.dataset.options !== names.join("\n")) {
-      list.dataset.options = names.join("\n");
-      list.replaceChildren(...names.map((name, place) => new Option(name, `${place}`)));
+    if (list.dataset.options !== options) {
+      list.dataset.options = options;
+      list.replaceChildren(...race.runs.map(({ name }, place) => new Option(name, `${place}`)));
     }
     if (document.activeElement !== list) list.value = `${chosen}`;
   }
@@ -73,7 +76,7 @@ const compare = () => {
   const wanted = { ...pair, shown: map.checked };
   // What is drawn before the lab answers does not take it back.
   if (state.compare) state.compare = { ...state.compare, ...wanted };
-  if (send({ do: "compare", ...wanted })) wished = { ...wanted, at: performance.now() };
+  if (send({ do: "compare", ...wanted })) wished = { pair: wanted, names: names(), at: performance.now() };
 };
 for (const field of [one, other, map])
   field.addEventListener("change", () => {
