@@ -6,6 +6,7 @@ Where there is no compiler to make it, what remains are the kills by Python in t
 
 import contextlib
 import errno
+import fcntl
 import json
 import os
 import shutil
@@ -244,6 +245,19 @@ def test_what_a_kill_left_on_a_disk_that_may_only_be_read_is_named(
 
 # --- Being told to end ---------------------------------------------------------------------------
 
+
+def is_held(folder: Path) -> bool:
+    """Whether a living program has locked a folder; looking at it does not keep it locked."""
+    file = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    finally:
+        os.close(file)
+    return False
+
+
 COMMANDS = {
     "run": (
         *("run", "standard_q", "--trials", "2000000", "--workers", "1", "--out", "out"),
@@ -252,7 +266,8 @@ COMMANDS = {
     "experiment": ("experiment", "long.yaml", "--workers", "1", "--out", "out"),
 }
 BEGUN: dict[str, Callable[[Path], object]] = {
-    "run": lambda path: [*path.glob("out/.pounce-*")],
+    # Before it is held, whoever comes may take it away, and another is made.
+    "run": lambda path: any(is_held(found) for found in path.glob("out/.pounce-*")),
     "experiment": lambda path: (path / "out" / "results.sqlite").exists(),
 }
 
