@@ -9,6 +9,7 @@ import functools
 import json
 import statistics
 import subprocess
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -25,7 +26,9 @@ from learners.names import MAX_TRIALS
 from learners.spec import RunSpec
 
 READ_S = 5.0
-"""For so long it is counted what the watchers are sent."""
+"""For so long at least it is counted what the watchers are sent."""
+_TURN_S = 0.25
+"""For so long they read at a time."""
 _CONNECT_S = 60.0
 QUESTION = Question("bench", "choice", "Which?", tuple((value, value) for value in OPTIONS))
 
@@ -119,17 +122,35 @@ def _kb_per_s_each(
     readers: subprocess.Popen[str],
     n_watchers: int,
 ) -> float:
-    """What each is sent while the learner learns at full speed and nobody does anything."""
-    assert readers.stdin is not None
-    assert readers.stdout is not None
-    session.submit(StartAgain(spec.model_copy(update={"trials": MAX_TRIALS}), preset, 0))
+    """What each is sent in the long run while the learner learns and nobody does anything."""
+    # Who always explores has trials so long that the run does not come to its end meanwhile.
+    learner = spec.learner.model_copy(update={"epsilon": 1.0})
+    endless = spec.model_copy(update={"trials": MAX_TRIALS, "learner": learner})
+    _sent(readers, 0.0, n_watchers)
+    session.submit(StartAgain(endless, preset, 0))
     ticket = session.submit(Play())
     session.wait_for(lambda status: status.answered >= ticket, _CONNECT_S)
-    # What came before it is another run, of which all is sent once more.
-    for seconds in (1.0, READ_S):
-        readers.stdin.write(f"{seconds}\n")
-        readers.stdin.flush()
-        told = json.loads(readers.stdout.readline())
+    # Of another run all is sent at once, which is made up for by silence.
+    for is_silent in (False, True, False):
+        wait_until(
+            lambda silent=is_silent: (_sent(readers, _TURN_S, n_watchers) == 0) == silent,
+            "watchers are sent nothing, or never rest",
+        )
+    n_bytes, began_s = 0, time.perf_counter()
+    while not n_bytes or time.perf_counter() - began_s < READ_S:
+        n_bytes += _sent(readers, _TURN_S, n_watchers)
+        if session.status.finished:
+            raise RuntimeError("the learner came to its end while it was measured")
+    return n_bytes / 1_000 / (time.perf_counter() - began_s) / n_watchers
+
+
+def _sent(readers: subprocess.Popen[str], seconds: float, n_watchers: int) -> int:
+    """The bytes that came to all of them since they were asked last, up to so many seconds on."""
+    assert readers.stdin is not None
+    assert readers.stdout is not None
+    readers.stdin.write(f"{seconds}\n")
+    readers.stdin.flush()
+    told = json.loads(readers.stdout.readline())
     if told["watchers"] != n_watchers:
         raise RuntimeError(f"{n_watchers - told['watchers']} watchers have gone")
-    return told["bytes"] / 1_000 / READ_S / n_watchers
+    return told["bytes"]

@@ -3,7 +3,8 @@
 ``python -m benchmarks.audience_client PORT N [class]``: with ``class`` each of them has a seat and
 answers the question that is open once a second. They run in a process of their own, so that what is
 measured is the port and not its readers. For each line on standard input, a number of seconds, a
-line on standard output has the bytes that came to all of them in that time, as JSON.
+line on standard output has, that much later, the bytes that came to all of them since the line
+before, as JSON.
 """
 
 import asyncio
@@ -95,12 +96,13 @@ async def _main(port: int, n_watchers: int, answers: bool) -> None:
         for number, reader in enumerate(readers)
     ]
     lines = _lines()
+    before = 0
     while (line := await asyncio.to_thread(next, lines, "")) != "":
-        before = sum(reader.n_bytes for reader in readers)
         await asyncio.sleep(float(line))
-        n_bytes = sum(reader.n_bytes for reader in readers) - before
+        n_bytes = sum(reader.n_bytes for reader in readers)
         n_there = sum(not task.done() for task in tasks)
-        sys.stdout.write(json.dumps({"bytes": n_bytes, "watchers": n_there}) + "\n")
+        sys.stdout.write(json.dumps({"bytes": n_bytes - before, "watchers": n_there}) + "\n")
+        before = n_bytes
         sys.stdout.flush()
 
 

@@ -11,7 +11,7 @@ import subprocess
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from app.live.requests import Play, StartAgain
+from app.live.requests import StartAgain
 from app.live.session import Session
 from app.util.machine import resident_mb
 from benchmarks.page import TRIALS, clients_of, opened_lab, page_rate
@@ -77,9 +77,8 @@ def clicks(
     endless = spec.model_copy(update={"trials": MAX_TRIALS})
     took_ms: list[float] = []
     for _ in range(ROUNDS):
-        # Begun again each time, so that it does not come to its end in between.
-        session.submit(StartAgain(endless, preset, 0))
-        ticket = session.submit(Play())
+        # It stands still until the first click, and does not come to its end before the last.
+        ticket = session.submit(StartAgain(endless, preset, 0, paused=True))
         session.wait_for(lambda status, wanted=ticket: status.answered >= wanted, PATIENCE_S)
         readers.stdin.write(f"{CLICKS}\n")
         readers.stdin.flush()

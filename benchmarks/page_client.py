@@ -39,6 +39,8 @@ _HINT = "Let the learner go on, or hold it still"
 this one is called otherwise once a run is over."""
 _PLAYING = "Pause"
 """What the button says while the learner learns."""
+_STANDING = "Play"
+"""What it says while the learner stands still."""
 _OWN = "Layer"
 """What a page of one's own has: before it is there, clicks are not taken."""
 _FRAME = re.compile(r'src="(?P<address>time/[^"]+)"')
@@ -98,7 +100,7 @@ class Clicker:
     """A browser that clicks on *Play* or *Pause*, and sees when that has had its effect."""
 
     def __init__(self, port: int) -> None:
-        """Open the page of a lab that plays; returns once its button takes clicks.
+        """Open the page of a lab that stands still; returns once its button takes clicks.
 
         Raises:
             TimeoutError: it did not in time.
@@ -111,9 +113,9 @@ class Clicker:
         threading.Thread(target=self._read, daemon=True).start()
         with self._changed:
             if not self._changed.wait_for(
-                lambda: self._welcome and self._label == _PLAYING, _PATIENCE_S
+                lambda: self._welcome and self._label == _STANDING, _PATIENCE_S
             ):
-                raise TimeoutError("the page has no button to pause with")
+                raise TimeoutError("the page has no button to play with")
 
     def click(self) -> float:
         """Click; returns the seconds until the button said so.
@@ -179,7 +181,7 @@ def main() -> None:
     for line in sys.stdin:
         clicker = Clicker(port)
         took_ms = []
-        # Play as before in the end: an even number of clicks.
+        # Stand still as before in the end: an even number of clicks.
         for _ in range(2 * (int(line) // 2)):
             took_ms.append(round(1_000 * clicker.click(), 1))
             time.sleep(_PAUSE_S)

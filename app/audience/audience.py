@@ -305,7 +305,7 @@ class Audience:
             return due_s
         look = themed(presented.look, seen.dark)
         asked = view.subject != subject
-        view.subject = subject
+        view.subject, view.is_answer = subject, asked
         stand = {"follows": True, "away": presented.is_away}
         self._paint(view, presented.status, look, presented.extras, presented, asked, now_s)
         self._around(view, stand, presented.moment, live)
@@ -424,8 +424,10 @@ class Audience:
                 if all(kind != "lab" for kind, _ in missing):
                     sizes.append(len(letter))
             if view is not None and sizes:
+                # However much the presenter has done, the run is seen to go on right after it.
                 now_s = time.perf_counter()
-                view.due_s = now_s + view.pace.wait_s(now_s, max(sizes))
+                wait_s = 0.0 if view.is_answer else view.pace.wait_s(now_s, max(sizes))
+                view.due_s, view.is_answer = now_s + wait_s, False
         parts = {"stand": part("stand", {"begun": True, "own": True}), **told}
         for missing, group in by_what_they_miss(parts, own, ORDER, self._theirs).items():
             letters.append((letter_of(content for _, content in missing), group))

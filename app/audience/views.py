@@ -34,6 +34,8 @@ class View:
         self.parts: Parts = {}
         self.subject: object = None
         """What was asked for when it was painted last: another is painted sooner."""
+        self.is_answer = False
+        """Whether what is sent next answers what the presenter did, which is at nobody's cost."""
         self.ground_of: tuple[object, ...] = ()
         self.over_of: tuple[object, ...] = ()
         self.words_of: tuple[object, ...] = ()

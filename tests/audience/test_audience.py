@@ -11,8 +11,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from app.audience import audience as audience_module
+from app.audience import views
 from app.audience.wishes import MOST_MOMENTS
-from app.live.requests import Pause, Play
+from app.live.requests import Pause, Play, SetSpeed
 from app.picture.layer import Extras
 from app.picture.layers import LAYERS
 from app.picture.look import ALL, Look
@@ -124,6 +125,26 @@ def test_all_who_see_the_same_are_painted_for_once(
     for page in pages:
         until(page, is_of(board))
     assert painted.count(Look(layer="visits")) == 1
+
+
+def test_however_much_the_presenter_has_done_the_run_is_seen_to_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A picture that goes by itself would be made up for by minutes of silence.
+    for name in ("BYTES_PER_S", "_BYTES_AT_ONCE"):
+        monkeypatch.setattr(views, name, 1.0)
+    shown = Shown(tmp_path)
+    try:
+        shown.live.ask(SetSpeed(1_000.0), Play())
+        page = shown.page()
+        for look in (Look(), Look(layer="visits"), Look(layer="chosen")):
+            step, title = shown.present(look).moment["step"], LAYERS[look.layer].title
+            until(page, lambda parts, of=title: parts.get("legend", {}).get("title") == of)
+        shown.live.wait_for(lambda status: status.snapshot.step > step)
+        shown.present(look)
+        until(page, lambda parts: parts["moment"]["step"] > step)
+    finally:
+        shown.close()
 
 
 def test_who_is_away_is_said_to_be(shown: Shown) -> None:

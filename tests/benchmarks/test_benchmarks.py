@@ -20,6 +20,7 @@ from benchmarks.compare import (
 from benchmarks.plain import PlainRun
 from learners.spec import RunSpec
 from tests.support.costs import try_for_a_moment
+from tests.support.endless import WORLD
 
 SMALL = ("world.size=40", "world.step_limit=60", "trials=600")
 EARLY = (
@@ -70,6 +71,11 @@ def spec_of(name: str) -> RunSpec:
 def steps_of_python_agent(spec: RunSpec) -> int:
     timed, _ = time_python(spec, 0)
     return timed.steps
+
+
+def endless(name: str = "timed") -> RunSpec:
+    """A preset of which a few trials take a moment, and all are never over."""
+    return presets.load(name, ["trials=2000000", *(f"{key}={WORLD[key]}" for key in WORLD)])
 
 
 @pytest.fixture(autouse=True)
@@ -188,10 +194,9 @@ def test_the_page_is_measured_with_clients_and_without(monkeypatch: pytest.Monke
 
 def test_what_many_pages_cost_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page, "SECONDS", 0.01)
-    for name, value in (("TRIALS", 300), ("ROUNDS", 1), ("CLICKS", 2)):
+    for name, value in (("TRIALS", 3), ("ROUNDS", 1), ("CLICKS", 2)):
         monkeypatch.setattr(load, name, value)
-    # In a small world the run would be over before the clicks are.
-    spec = presets.load("timed")
+    spec = endless()
     found = load.measure_load(spec, "timed", {"timed": spec}, 2, 1, lambda _: None)
     assert found.keys() == {"pages", "click_ms", "learner_share", "rss_mb"}
     assert found["pages"] == 2
@@ -204,7 +209,7 @@ def test_what_an_audience_costs_is_measured(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(page, "SECONDS", 0.01)
     for name, value in (("ROUNDS", 1), ("CLICKS", 2)):
         monkeypatch.setattr(load, name, value)
-    for name, value in (("TRIALS", 300), ("READ_S", 2.0)):
+    for name, value in (("TRIALS", 300), ("READ_S", 0.5)):
         monkeypatch.setattr(audience, name, value)
     spec = presets.load("timed")
     found = audience.measure_audience(spec, "timed", {"timed": spec}, 3, 1, lambda _: None)
@@ -244,7 +249,7 @@ def test_walking_in_the_past_is_measured(monkeypatch: pytest.MonkeyPatch) -> Non
     for name, value in (("STEPS", 50_000), ("TURNS", 2), ("TURN_S", 0.05)):
         monkeypatch.setattr(scrub, name, value)
     said: list[str] = []
-    found = scrub.measure_scrub(presets.load("timed"), "timed", 1, said.append)
+    found = scrub.measure_scrub(endless(), "timed", 1, said.append)
     assert found.keys() == {"moments_per_s", "p95_ms", "learner_share"}
     assert min(found.values()) > 0
     assert said == ["scrubbing: 1 of 2", "scrubbing: 2 of 2"]
@@ -269,6 +274,7 @@ def test_memory_is_looked_at_while_people_walk_in_the_past(
 @pytest.mark.browser
 def test_four_runs_are_shown_while_all_learn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(side, "TURN_S", 0.5)
+    monkeypatch.setattr(side, "_endless", endless)
     told: list[str] = []
     # In a thread of its own, since that of the tests may have a browser already.
     with ThreadPoolExecutor(1) as executor:
