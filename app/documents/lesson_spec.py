@@ -104,6 +104,14 @@ class LessonSpec(Spec):
         return (self.language, *(name for name in self.texts if name != self.language))
 
     @property
+    def titles(self) -> dict[str, str]:
+        """What it is called in each of these."""
+        words = {language: self.texts[language].title for language in self.texts}
+        return {self.language: self.title} | {
+            language: title for language, title in words.items() if language != self.language
+        }
+
+    @property
     def ids(self) -> tuple[str, ...]:
         """Of its cards, in their order."""
         return tuple(card.id for card in self.steps)

@@ -223,11 +223,16 @@ class _Delivery:
         self._loop = asyncio.get_running_loop()
         self._awake = asyncio.Event()
         self._awake.set()
+        self._is_called = False
+        """Whether it has been woken, and has not looked since."""
         self._farewell: asyncio.Task[None] | None = None
 
     def wake(self) -> None:
         """Look at once at what waits; may be called from any thread."""
-        self._call(self._awake.set)
+        # Of a frame's many parts one wakes it: a call from another thread is dear.
+        if not self._is_called:
+            self._is_called = True
+            self._call(self._awake.set)
 
     def end(self, code: int, reason: str) -> None:
         """End the connection; may be called from any thread."""
@@ -241,6 +246,8 @@ class _Delivery:
                 if len(answers) >= MOST_UNANSWERED:
                     await answers.popleft()
                 self._awake.clear()
+                # Before it looks, so that whatever comes from here on wakes it again.
+                self._is_called = False
                 messages = self._next_messages()
                 for message in messages:
                     await self._connection.send(message, text=True)

@@ -133,7 +133,7 @@ def start_of(spec: RunSpec, preset: str, seed: int) -> StartAgain:
 def listed(library: Library, status: Status) -> list[dict[str, Any]]:
     """What there is to choose from, as the frame shows it."""
     offered = library.offered
-    titles = {name: _titles(lesson) for name, lesson in offered.items()}
+    titles = {name: lesson.spec.titles for name, lesson in offered.items()}
     found: list[dict[str, Any]] = []
     for name, lesson in offered.items():
         story = status.stories.of(name)
@@ -150,9 +150,3 @@ def listed(library: Library, status: Status) -> list[dict[str, Any]]:
             }
         )
     return found
-
-
-def _titles(lesson: Lesson) -> dict[str, str]:
-    """What a lesson is called, by language; its own comes first."""
-    spec = lesson.spec
-    return {language: spec.in_language(language).title for language in spec.languages}
