@@ -21,7 +21,7 @@ from app.audience.past import Rarely
 from app.audience.pictures import ORDER, Parts, by_what_they_miss, letter_of, part
 from app.audience.room import Room, lesson_part
 from app.audience.seats import MOST_SEATS, Seat, Seats
-from app.audience.views import Seen, View
+from app.audience.views import Seen, Subject, View
 from app.audience.wishes import (
     Act,
     Answer,
@@ -170,7 +170,7 @@ class Audience:
         former, self._live, self._presented = self._presented, live, presented
         if self.room is not None and presented is not None and not presented.is_away:
             self.room.poll.show(None if presented.card is None else presented.card.id)
-        if _subject(former) != _subject(presented):
+        if (former and _subject(former)) != (presented and _subject(presented)):
             self._wake()
 
     def close(self) -> None:
@@ -304,8 +304,9 @@ class Audience:
         if now_s < due_s:
             return due_s
         look = themed(presented.look, seen.dark)
-        asked = view.subject != subject
-        view.subject, view.is_answer = subject, asked
+        former, view.subject = view.subject, subject
+        asked = former != subject
+        view.is_answer = former is None or former.done != subject.done
         stand = {"follows": True, "away": presented.is_away}
         self._paint(view, presented.status, look, presented.extras, presented, asked, now_s)
         self._around(view, stand, presented.moment, live)
@@ -448,23 +449,19 @@ class Audience:
             del self._views[seen]
 
 
-def _subject(presented: Presented | None) -> object:
-    """What a presenter has done, as far as it is seen: while it stays, the run alone goes on."""
-    if presented is None:
-        return None
+def _subject(presented: Presented) -> Subject:
     status, moment = presented.status, presented.moment
-    return (
+    done = (
         presented.look,
         presented.is_away,
         status.snapshot.generation,
         status.playing,
-        status.error,
         status.answered,
         moment["live"],
         None if moment["live"] else moment["step"],
-        presented.events,
         presented.card,
     )
+    return Subject(done, (status.error, presented.events))
 
 
 def _end_of(line: int, live: Status) -> int | None:

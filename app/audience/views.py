@@ -27,13 +27,22 @@ class Seen(NamedTuple):
         return self.look is None
 
 
+class Subject(NamedTuple):
+    """What has to be seen soon: while both stay, the run alone goes on."""
+
+    done: tuple[object, ...]
+    """What the presenter has done, as far as it is seen."""
+    happened: tuple[object, ...]
+    """What has happened in the run by itself."""
+
+
 class View:
     """What those are sent who look at the same, and when it was made."""
 
     def __init__(self) -> None:
         self.parts: Parts = {}
-        self.subject: object = None
-        """What was asked for when it was painted last: another is painted sooner."""
+        self.subject: Subject | None = None
+        """Of what it was painted last; another is painted sooner."""
         self.is_answer = False
         """Whether what is sent next answers what the presenter did, which is at nobody's cost."""
         self.ground_of: tuple[object, ...] = ()

@@ -211,7 +211,8 @@ def test_what_an_audience_costs_is_measured(monkeypatch: pytest.MonkeyPatch) -> 
         monkeypatch.setattr(load, name, value)
     for name, value in (("TRIALS", 300), ("READ_S", 0.5)):
         monkeypatch.setattr(audience, name, value)
-    spec = presets.load("timed")
+    # Here it learns, or those who look on are sent next to nothing, but in very long trials.
+    spec = presets.load("timed", ["world.step_limit=100000", "world.vision_radius=0"])
     found = audience.measure_audience(spec, "timed", {"timed": spec}, 3, 1, lambda _: None)
     assert list(found) == [
         *("watchers", "click_ms", "class_click_ms", "kB_per_s_each", "learner_share")
