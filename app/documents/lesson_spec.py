@@ -106,9 +106,9 @@ class LessonSpec(Spec):
     @property
     def titles(self) -> dict[str, str]:
         """What it is called in each of these."""
-        words = {language: self.texts[language].title for language in self.texts}
-        return {self.language: self.title} | {
-            language: title for language, title in words.items() if language != self.language
+        return {
+            language: self.title if language == self.language else self.texts[language].title
+            for language in self.languages
         }
 
     @property
